@@ -1,11 +1,11 @@
 """Constitutive library: laws as data, their stress update as a Taichi function, and a material point to drive them."""
 
-from typing import Annotated, get_args
+from typing import Annotated
 
 if __name__ != "snowmpm.materials":
     raise ImportError("import this package as snowmpm.materials")
 
-from pydantic import Field
+from snowmpm.registry import LAWS
 
 from .anticrack_cam_clay import AnticrackCamClay
 from .cohesive_cam_clay import CohesiveCamClay
@@ -34,29 +34,12 @@ from .symmetric import pack, unpack
 from .von_mises import VonMises
 from .wet_snow import WetSnow
 
-Material = Annotated[
-    Elastic
-    | NeoHookean
-    | StVenantKirchhoff
-    | CohesiveCrack
-    | VonMises
-    | DruckerPrager
-    | SofteningCone
-    | MohrCoulomb
-    | MuI
-    | MuPhiI
-    | ModifiedCamClay
-    | CohesiveCamClay
-    | AnticrackCamClay
-    | StomakhinSnow
-    | Hypoplastic
-    | CriticalStateHypoplastic
-    | SolidToGas
-    | WetSnow,
-    Field(discriminator="kind"),
-]
+for law in (Elastic, NeoHookean, StVenantKirchhoff, CohesiveCrack, VonMises, DruckerPrager, SofteningCone, MohrCoulomb,
+            MuI, MuPhiI, ModifiedCamClay, CohesiveCamClay, AnticrackCamClay, StomakhinSnow, Hypoplastic,
+            CriticalStateHypoplastic, SolidToGas, WetSnow):
+    LAWS.add(law)
 
-LAWS: dict[str, type[Law]] = {law.model_fields["kind"].default: law for law in get_args(get_args(Material)[0])}
+Material = Annotated[Law, LAWS.member()]
 
 __all__ = [
     "EXPERIMENTS",

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field
 
+from snowmpm.registry import LAWS
+
 from .arrays import Array
 from .symmetric import invariants
 
@@ -62,6 +64,7 @@ class Law(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
+    REGISTRIES: ClassVar = (LAWS,)
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
     STORED: ClassVar[Literal["strain", "stress"]] = "strain"  # what h is; a law that stores its stress has `stiffness`

@@ -1,21 +1,34 @@
 """Events that act on a body, or on the water in the snow, at a given time: a saw cut, a load, a removal, rain, melt, a
 border that begins to drain."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm.registry import EVENTS
 from snowmpm.scenes.regions import PlanBox
 from snowmpm.scenes.space import Vector, require_dimension
 from snowmpm.scenes.spec import NonNegative, Positive, Spec, check_period, refuse
 from snowmpm.water.melting import melt_rate
 
 
-class Cut(Spec):
+class Event(Spec):
+    """Base of all tables of events. A table adds its `kind`, NEEDS and ACTS."""
+
+    REGISTRIES: ClassVar = (EVENTS,)
+    NEEDS: ClassVar[str]
+    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    ACTS: ClassVar[Any]
+    """what it does in a run: "module:name" of a callable, or the callable itself, that is given the table, the number
+    of the body that it names, or None, and dx [m], and returns a `running.event.Event`"""
+
+
+@EVENTS.add
+class Cut(Event):
     """A saw cut through a body along a path: material on the path loses its cohesion."""
 
     NEEDS: ClassVar = "cuts"
-    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    ACTS: ClassVar = "snowmpm.running.events:Cut"
     kind: Literal["cut"]
     body: str
     """name of the body that is cut"""
@@ -29,11 +42,12 @@ class Cut(Spec):
     """width of the cut across its path [m]; the thickness that the grid resolves when missing"""
 
 
-class Load(Spec):
+@EVENTS.add
+class Load(Event):
     """A force on a part of a body around a point, such as the weight of a skier, or on all of it, such as new snow."""
 
     NEEDS: ClassVar = "loads"
-    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    ACTS: ClassVar = "snowmpm.running.events:load"
     kind: Literal["load"]
     body: str
     """name of the body that is loaded"""
@@ -62,11 +76,12 @@ class Load(Spec):
         return self
 
 
-class Remove(Spec):
+@EVENTS.add
+class Remove(Event):
     """Removal of a body, such as a support."""
 
     NEEDS: ClassVar = "removal"
-    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    ACTS: ClassVar = "snowmpm.running.events:Remove"
     kind: Literal["remove"]
     body: str
     """name of the body that is removed"""
@@ -74,11 +89,11 @@ class Remove(Spec):
     """[s]"""
 
 
-class _Wetting(Spec):
+class _Wetting(Event):
     """Water that comes to the surface of the snow for a while."""
 
     NEEDS: ClassVar = "water"
-    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    ACTS: ClassVar = "snowmpm.running.water_events:Wetting"
     start: NonNegative = 0.0
     """[s]"""
     stop: Positive | None = None
@@ -92,6 +107,7 @@ class _Wetting(Spec):
         return self
 
 
+@EVENTS.add
 class Rain(_Wetting):
     """Rain, which the surface of the snow takes up; what it cannot hold runs off."""
 
@@ -100,6 +116,7 @@ class Rain(_Wetting):
     """mass of water per plan area and time [kg/m2/s]: 1 mm/h is 2.8e-4"""
 
 
+@EVENTS.add
 class Melt(_Wetting):
     """Melt of the surface of the snow by a flux of energy E: water of the mass E / L per plan area and time, L =
     `snowmpm.water.melting.LATENT_HEAT`, comes to the highest snow of each column. The grains keep their mass: what has
@@ -115,11 +132,12 @@ class Melt(_Wetting):
         return melt_rate(self.energy_flux)
 
 
-class Drainage(Spec):
+@EVENTS.add
+class Drainage(Event):
     """A border lets water out from now on, or no more."""
 
     NEEDS: ClassVar = "water"
-    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    ACTS: ClassVar = "snowmpm.running.water_events:Drainage"
     kind: Literal["drainage"]
     border: Literal["surface", "ground", "obstacles", "x_min", "x_max", "y_min", "y_max", "z_min", "z_max"]
     """the free surface, the terrain, obstacles or a side of the domain"""
@@ -135,4 +153,4 @@ class Drainage(Spec):
         return self
 
 
-Event = Annotated[Cut | Load | Remove | Rain | Melt | Drainage, Field(discriminator="kind")]
+AnyEvent = Annotated[Event, EVENTS.member()]

@@ -1,9 +1,10 @@
 """Loads on the snow besides gravity and contact: accelerations and pressures in space and time, damping."""
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm.registry import FORCES
 from snowmpm.scenes.formula import Formula
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.shapes import check_corners
@@ -25,6 +26,50 @@ class _Timed(Spec):
         return self
 
 
+class Force(_Timed):
+    """Base of all tables of forces. A table adds its `kind` and, unless it acts on faces, ACTS."""
+
+    REGISTRIES: ClassVar = (FORCES,)
+    NEEDS: ClassVar = "forces"
+    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    ACTS: ClassVar[Any] = None
+    """what it does in a run: "module:name" of a callable, or the callable itself, that is given the table, the
+    dimension, the folder of relative files, the table's key, a function text -> formula, the numbers of the particles
+    of its body, or None, and the reference system of the terrain, or None, and returns a `forcing.fields.Field`"""
+
+    if TYPE_CHECKING:  # of every force, its own
+
+        @property
+        def kind(self) -> str: ...
+
+    def told(self) -> str:
+        """What acts and where, in a line of `snowmpm check`."""
+        return self.kind
+
+
+class _Valued(Force):
+    """A force that a number, a formula or a table gives."""
+
+    UNIT: ClassVar = "Pa"
+
+    @model_validator(mode="after")
+    def _has_a_value(self):
+        if (self.value is None) == (self.file is None):
+            raise refuse("needs value or file, and not both")
+        if isinstance(self.value, tuple) and dimension() not in (None, len(self.value)):
+            raise refuse(f"must have {dimension()} entries, one an axis", "value", self.value)
+        return self
+
+    def told(self):
+        value = self.value if self.file is None else f"from {self.file}"
+        value = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+        return " ".join([f"{value} {self.UNIT}", *self.places()])
+
+    def places(self):
+        """Where it acts, in words."""
+        return []
+
+
 class Space(Spec):
     """A block along the axes of the scene."""
 
@@ -39,9 +84,12 @@ class Space(Spec):
         return self
 
 
-class Acceleration(_Timed):
+@FORCES.add
+class Acceleration(_Valued):
     """A force in proportion to mass: wind drag, shaking, the pull of a magnet."""
 
+    ACTS: ClassVar = "snowmpm.forcing.fields:Acceleration"
+    UNIT: ClassVar = "m/s2"
     kind: Literal["acceleration"]
     value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
     """[m/s2]: a number or a formula of x, y, z, t and the velocity vx, vy, vz of the snow, one an axis"""
@@ -55,18 +103,16 @@ class Acceleration(_Timed):
     region: Region | None = None
     """where it acts, in plan; everywhere when missing"""
 
-    @model_validator(mode="after")
-    def _has_a_value(self):
-        if (self.value is None) == (self.file is None):
-            raise refuse("needs value or file, and not both")
-        if self.value is not None and dimension() not in (None, len(self.value)):
-            raise refuse(f"must have {dimension()} entries, one an axis", "value", self.value)
-        return self
+    def places(self):
+        return [*([f"on {self.body}"] if self.body else []), *(["in within"] if self.within else []),
+                *(["in region"] if self.region else [])]
 
 
-class Pressure(_Timed):
+@FORCES.add
+class Pressure(_Valued):
     """The pressure of a fluid around the snow or in its pores."""
 
+    ACTS: ClassVar = "snowmpm.forcing.fields:Pressure"
     kind: Literal["pressure"]
     acts_on: Literal["surface", "pores"] = "surface"
     """surface: on the free surface of the snow, as of a cell or a lake around it; pores: on each volume by the gradient
@@ -77,11 +123,8 @@ class Pressure(_Timed):
     """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
     pressure"""
 
-    @model_validator(mode="after")
-    def _has_a_value(self):
-        if (self.value is None) == (self.file is None):
-            raise refuse("needs value or file, and not both")
-        return self
+    def places(self):
+        return ["around the snow" if self.acts_on == "surface" else "in its pores"]
 
 
 class Part(Spec):
@@ -99,9 +142,10 @@ class Part(Spec):
         return self
 
 
-class _OnFace(_Timed):
+class _OnFace(_Valued):
     """What acts on the surface that a body has at time zero, or on a part of it."""
 
+    NEEDS: ClassVar = "faces"
     name: Name
     """of its columns in the history"""
     body: str
@@ -109,15 +153,11 @@ class _OnFace(_Timed):
     within: Part | None = None
     """the part of its surface: that in a block; all of it that does not lie on a side of the domain when missing"""
 
-    @model_validator(mode="after")
-    def _has_a_value(self):
-        if (self.value is None) == (self.file is None):
-            raise refuse("needs value or file, and not both")
-        if isinstance(self.value, tuple) and dimension() not in (None, len(self.value)):
-            raise refuse(f"must have {dimension()} entries, one an axis", "value", self.value)
-        return self
+    def places(self):
+        return [f"on the surface of {self.body}", *(["in within"] if self.within else [])]
 
 
+@FORCES.add
 class Traction(_OnFace):
     """A force of fixed direction on a body's own surface."""
 
@@ -129,6 +169,7 @@ class Traction(_OnFace):
     tx, ty, tz"""
 
 
+@FORCES.add
 class FollowerPressure(_OnFace):
     """A pressure on a body's own surface, which stays normal to it as it moves and stretches."""
 
@@ -140,9 +181,11 @@ class FollowerPressure(_OnFace):
     pressure"""
 
 
+@FORCES.add
 class Displacement(_OnFace):
     """A surface of prescribed motion, wherever it cuts the grid, to which a body's own surface is tied by a penalty."""
 
+    UNIT: ClassVar = "m"
     kind: Literal["displacement"]
     value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
     """[m] from the place at time zero: a number or a formula of x, y, z (that place) and t, one an axis"""
@@ -159,7 +202,7 @@ class Displacement(_OnFace):
 FACES = (Traction, FollowerPressure, Displacement)
 """Forces on a part of a body's surface."""
 
-Force = Annotated[Acceleration | Pressure | Traction | FollowerPressure | Displacement, Field(discriminator="kind")]
+AnyForce = Annotated[Force, FORCES.member()]
 
 
 class Damping(_Timed):

@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from snowmpm.ground import GroundLaw
+from snowmpm.ground import FrictionLaw
+from snowmpm.registry import GROUND_LAWS
 from snowmpm.scenes.space import NUMBER, TABLE, by_type, check_file, require_dimension
 from snowmpm.scenes.spec import NonNegative, Spec
 
@@ -41,7 +42,7 @@ def _is_possible(law: Any) -> Any:
     return rasters_exist(law)
 
 
-Law = Annotated[Annotated[GroundLaw | ByVolume, Field(discriminator="law")], AfterValidator(_is_possible)]
+Law = Annotated[FrictionLaw | ByVolume, GROUND_LAWS.member(ByVolume), AfterValidator(_is_possible)]
 
 Friction = Annotated[Annotated[NonNegative, NUMBER] | Annotated[Law, TABLE], by_type(NUMBER, TABLE)]
 """Coulomb coefficient [-], or a table."""

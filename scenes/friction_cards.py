@@ -7,9 +7,9 @@ release chooses one.
 
 import functools
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import ValidationError, model_validator
 
 from snowmpm.errors import InputError, nearest
 from snowmpm.ground import FrictionLaw, GroundLaw
@@ -57,7 +57,7 @@ class FrictionCard(Spec):
     """run-out altitude from which the volume does not matter [m above sea level]"""
     return_period: Positive | None = None
     """of the event [years]"""
-    friction: Annotated[GroundLaw, Field(discriminator="law")] | None = None
+    friction: GroundLaw | None = None
     """the law"""
     classes: tuple[str, ...] = ()
     """cards of which the volume of the release chooses one"""

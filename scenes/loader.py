@@ -1,6 +1,7 @@
 """From a name or a TOML file to a validated scene."""
 
 import contextlib
+import copy
 import re
 import sys
 from collections.abc import Mapping
@@ -90,7 +91,7 @@ def override(data: dict[str, Any], key: str, value: Any, path: object) -> None:
     parts = key.split(".")
     if len(parts) > MAX_DEPTH:
         raise _misplaced(path, key, value, f"a key has at most {MAX_DEPTH} parts")
-    here = data
+    here, value = data, copy.deepcopy(value)  # which a longer key may change
     for i, part in enumerate(parts):
         last = i == len(parts) - 1
         if isinstance(here, list):

@@ -3,6 +3,7 @@
 import functools
 import re
 
+from snowmpm import registry
 from snowmpm.errors import did_you_mean, printable, shown_line
 from snowmpm.scenes.keytree import kinds_at, places, real_keys, table_at
 
@@ -58,9 +59,13 @@ def describe(error, data, model, file):
     return "\n".join(lines)
 
 
-@functools.cache
 def schema_of(model):
     """JSON schema of a pydantic model."""
+    return _schema(model, registry.generation)
+
+
+@functools.cache
+def _schema(model, generation):
     return model.model_json_schema()
 
 
@@ -144,14 +149,15 @@ def _elsewhere(schema, word, path, data):
     return [dotted(place) for place in found if len(place) == shortest][:MOST_PLACES]
 
 
-_PLACES: dict[str, list[tuple[str | int, ...]]] = {}
+_PLACES: dict[tuple[str, int], list[tuple[str | int, ...]]] = {}
 
 
 def _places(title, schema):
     """All places of a schema, which takes a second to walk: only once."""
-    if title not in _PLACES:
-        _PLACES[title] = [place for paths in places(schema).values() for place in paths]
-    return _PLACES[title]
+    key = title, registry.generation
+    if key not in _PLACES:
+        _PLACES[key] = [place for paths in places(schema).values() for place in paths]
+    return _PLACES[key]
 
 
 def _suggestion(word, known):

@@ -6,7 +6,7 @@ from pydantic import Field, field_validator, model_validator
 
 from snowmpm.materials import LAWS
 from snowmpm.methods import METHODS
-from snowmpm.quantities.particle_fields import UNITS
+from snowmpm.registry import FIELDS
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import AXES, NUMBER, TABLE, TEXT, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, one_of, refuse
@@ -17,7 +17,7 @@ Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
 
 def field_names():
     """Fields that a frame may hold besides the position: those of every particle, and outputs of laws."""
-    return [name for name in UNITS if name != "position"] + sorted({n for law in LAWS.values() for n in law.OUTPUTS})
+    return [name for name in FIELDS if name != "position"] + sorted({n for law in LAWS.values() for n in law.OUTPUTS})
 
 
 class Output(Spec):

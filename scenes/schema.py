@@ -12,8 +12,8 @@ from snowmpm.materials import Material
 from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.choices import Choice, choices
-from snowmpm.scenes.events import Event
-from snowmpm.scenes.forces import Damping, Force
+from snowmpm.scenes.events import AnyEvent
+from snowmpm.scenes.forces import AnyForce, Damping
 from snowmpm.scenes.frameworks import AnyStructure, Framework
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.numerics import Domain, Output, Solver
@@ -92,8 +92,8 @@ class Scene(Glance, Spec):
     obstacles: tuple[Obstacle, ...] = ()
     structures: Annotated[tuple[AnyStructure, ...], Field(max_length=16)] = ()
     """masts, posts and walls that bend, frameworks of members, and what another program computes"""
-    events: tuple[Event, ...] = ()
-    forces: Annotated[tuple[Force, ...], Field(max_length=16)] = ()
+    events: tuple[AnyEvent, ...] = ()
+    forces: Annotated[tuple[AnyForce, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
     damping: Damping | None = None
     """a drag on every particle; none when missing"""

@@ -1,9 +1,11 @@
 """Shapes that bodies fill and obstacles have."""
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm.registry import OBSTACLES, SHAPES, Registry
 from snowmpm.scenes.regions import PlanFile, Region
 from snowmpm.scenes.space import (
     AXES,
@@ -30,9 +32,43 @@ def check_corners(lower, upper):
             raise refuse(f"must be above min along every axis, and along {axis} min is {low:g}", "max", upper)
 
 
-class Box(Spec):
+class Shape(Spec):
+    """Base of all shapes of bodies. A shape adds its `kind` and FILLS."""
+
+    REGISTRIES: ClassVar[tuple[Registry, ...]] = (SHAPES,)
+    DIMENSION: ClassVar[int | None] = None
+    """of the only scenes that have it; None: all"""
+    FILLS: ClassVar[Any] = None
+    """what is filled with particles: "module:name" of a callable, or the callable itself, that is given the table, the
+    dimension, the folder of relative files and the table's key, and returns a `seeding.shapes.Shape`"""
+
+    @model_validator(mode="after")
+    def _has_its_dimension(self):
+        if self.DIMENSION:
+            require_dimension(self.DIMENSION, f'shape of kind "{self.kind}"')
+        return self
+
+    @property
+    def thickness(self) -> float:
+        """Least extent [m]; inf where it is not known."""
+        return math.inf
+
+
+class Solid(Shape):
+    """Base of all shapes that obstacles have, too. A shape adds SOLID."""
+
+    REGISTRIES: ClassVar = (SHAPES, OBSTACLES)
+    SOLID: ClassVar[Any]
+    """the rigid shape: as FILLS, returns a `solids.shape.SolidShape`"""
+
+
+@SHAPES.add
+@OBSTACLES.add
+class Box(Solid):
     """A block along the axes; a rectangle in 2-D."""
 
+    FILLS: ClassVar = "snowmpm.seeding.shapes:box"
+    SOLID: ClassVar = "snowmpm.solids.shape:box"
     kind: Literal["box"]
     min: Vector
     """lower corner [m]"""
@@ -44,20 +80,37 @@ class Box(Spec):
         check_corners(self.min, self.max)
         return self
 
+    @property
+    def thickness(self) -> float:
+        return min(high - low for low, high in zip(self.min, self.max, strict=True))
 
-class Sphere(Spec):
+
+@SHAPES.add
+@OBSTACLES.add
+class Sphere(Solid):
     """A ball, a disc in 2-D."""
 
+    FILLS: ClassVar = "snowmpm.seeding.shapes:sphere"
+    SOLID: ClassVar = "snowmpm.solids.shape:sphere"
     kind: Literal["sphere"]
     centre: Vector
     """[m]"""
     radius: Positive
     """[m]"""
 
+    @property
+    def thickness(self) -> float:
+        return 2.0 * self.radius
 
-class Cylinder(Spec):
+
+@SHAPES.add
+@OBSTACLES.add
+class Cylinder(Solid):
     """A solid cylinder (3-D)."""
 
+    DIMENSION: ClassVar = 3
+    FILLS: ClassVar = "snowmpm.seeding.shapes:cylinder"
+    SOLID: ClassVar = "snowmpm.solids.shape:cylinder"
     kind: Literal["cylinder"]
     base: Vector
     """centre of the base [m]"""
@@ -68,56 +121,55 @@ class Cylinder(Spec):
     height: Positive
     """[m]"""
 
-    @model_validator(mode="after")
-    def _is_3d(self):
-        require_dimension(3, 'shape of kind "cylinder"')
-        return self
+    @property
+    def thickness(self) -> float:
+        return min(2.0 * self.radius, self.height)
 
 
-class SolidMesh(Spec):
+@SHAPES.add
+@OBSTACLES.add
+class SolidMesh(Solid):
     """The inside of a watertight triangle mesh (3-D)."""
 
+    DIMENSION: ClassVar = 3
+    FILLS: ClassVar = "snowmpm.seeding.shapes:mesh"
+    SOLID: ClassVar = "snowmpm.solids.shape:mesh"
     kind: Literal["mesh"]
     file: FileName
     """STL, OBJ or PLY file, relative to the scene file"""
 
-    @model_validator(mode="after")
-    def _is_3d(self):
-        require_dimension(3, 'shape of kind "mesh"')
-        return self
 
-
-class Polygon(Spec):
+@SHAPES.add
+@OBSTACLES.add
+class Polygon(Solid):
     """The inside of a polygon in the plane of a 2-D scene."""
 
+    DIMENSION: ClassVar = 2
+    FILLS: ClassVar = "snowmpm.seeding.shapes:polygon"
+    SOLID: ClassVar = "snowmpm.solids.shape:polygon"
     kind: Literal["polygon"]
     points: Annotated[tuple[Vector, ...], Field(min_length=3)]
     """corners [x, z] [m]"""
 
-    @model_validator(mode="after")
-    def _is_2d(self):
-        require_dimension(2, 'shape of kind "polygon"')
-        return self
 
-
-class Prism(Spec):
+@SHAPES.add
+class Prism(Shape):
     """A polygon in the plane of x and z, extruded along y (3-D)."""
 
+    DIMENSION: ClassVar = 3
+    FILLS: ClassVar = "snowmpm.seeding.shapes:prism"
     kind: Literal["prism"]
     points: Annotated[tuple[Pair, ...], Field(min_length=3)]
     """corners [x, z] [m]"""
     y: Interval
     """[lower, upper] [m]"""
 
-    @model_validator(mode="after")
-    def _is_3d(self):
-        require_dimension(3, 'shape of kind "prism"')
-        return self
 
-
-class Voxels(Spec):
+@SHAPES.add
+class Voxels(Shape):
     """The voxels of one value in an image, such as the ice of a microstructure."""
 
+    FILLS: ClassVar = "snowmpm.seeding.shapes:voxels"
     kind: Literal["voxels"]
     file: FileName
     """image of the scene's dimension: .npy or .npz (indices along x, z or x, y, z), .tif (pages from below), .mhd or
@@ -139,7 +191,8 @@ class ThicknessRaster(Spec):
     """.asc or .tif raster, relative to the scene file; cells without data or with 0 hold no snow"""
 
 
-class Layer(Spec):
+@SHAPES.add
+class Layer(Shape):
     """Snow between two distances from the terrain, measured normal to it."""
 
     kind: Literal["layer"]
@@ -165,7 +218,10 @@ class Layer(Spec):
             raise refuse(f"must be above bottom = {self.bottom:g}", "top", self.top)
         return self
 
+    @property
+    def thickness(self) -> float:
+        return self.top - self.bottom if isinstance(self.top, int | float) else math.inf
 
-BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Prism | Layer | Voxels,
-                      Field(discriminator="kind")]
-ObstacleShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon, Field(discriminator="kind")]
+
+BodyShape = Annotated[Shape, SHAPES.member()]
+ObstacleShape = Annotated[Solid, OBSTACLES.member()]

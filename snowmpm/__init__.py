@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # they take time to import
     from snowmpm.campaigns.launch import campaign
     from snowmpm.compiler.runtime import start
     from snowmpm.io import Run
+    from snowmpm.plugins import register
     from snowmpm.running.loop import Progress
     from snowmpm.running.simulation import Simulation
     from snowmpm.scenes import Scene, load_scene
@@ -31,16 +32,17 @@ os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # a library does not p
 home.provide()  # before Taichi is imported
 
 _HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.running.simulation", "Run": "snowmpm.io",
-          "start": "snowmpm.compiler.runtime", "campaign": "snowmpm.campaigns.launch"}
+          "register": "snowmpm.plugins", "start": "snowmpm.compiler.runtime", "campaign": "snowmpm.campaigns.launch"}
 
-__all__ = ["Run", "Simulation", "campaign", "load_scene", "open_run", "run", "start"]
+__all__ = ["Run", "Simulation", "campaign", "load_scene", "open_run", "register", "run", "start"]
 
 
 def run(scene: "Scene", out_dir: "PathLike", progress: "Callable[[Progress], object] | None" = None,
         resume: bool = False, overwrite: "bool | None" = None,
-        approve: "Callable[[Simulation], object] | None" = None) -> "Run":
+        approve: "Callable[[Simulation], object] | None" = None, accept_plugin: bool = False) -> "Run":
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.running.loop.run`."""
-    return importlib.import_module("snowmpm.running.loop").run(scene, out_dir, progress, resume, overwrite, approve)
+    return importlib.import_module("snowmpm.running.loop").run(scene, out_dir, progress, resume, overwrite, approve,
+                                                               accept_plugin)
 
 
 def open_run(path: "PathLike") -> "Run":
@@ -54,7 +56,7 @@ def open_run(path: "PathLike") -> "Run":
 
 def __getattr__(name: str) -> object:
     if name in _HOMES:
-        if name != "Run":
+        if name not in ("Run", "register"):
             importlib.import_module("snowmpm.compiler")  # before the laws are read, which then takes less time
         return getattr(importlib.import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'snowmpm' has no attribute {name!r}")

@@ -4,11 +4,12 @@ The scene schema, the composition root, refusals, costs, cautions and advice tak
 each of them for a row of every name.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from typing import ClassVar
 
-GROUND_LAWS = ("coulomb", "voellmy", "samos_at", "frictional_viscous", "bingham", "mu_i")
-"""Names of the laws of ground friction (`snowmpm.ground`)."""
+from snowmpm.registry import GROUND_LAWS, Registry
+from snowmpm.registry import METHODS as METHODS
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,8 @@ class Capabilities:
     precisions: tuple[str, ...] = ("f32", "f64")
     filling: int | None = None
     terrain: bool = True
-    ground_friction: tuple[str, ...] = ("coulomb",)
-    """laws of terrain.friction, of GROUND_LAWS"""
+    ground_friction: Collection[str] = ("coulomb",)
+    """laws of terrain.friction"""
     ground_cohesion: bool = False
     """tau0 and cohesion of these laws, shear stress of the ground beside the friction"""
     ground_rasters: bool = False
@@ -122,6 +123,8 @@ class MethodEntry:
     a coefficient or a `stepping.basal_friction.BasalFriction`, else a `ground.friction.GroundFriction`.
     """
 
+    REGISTRIES: ClassVar[tuple[Registry, ...]] = (METHODS,)
+
     name: str
     builder: str | Callable
     capabilities: Capabilities
@@ -145,7 +148,7 @@ class MethodEntry:
         return "columns" if self.capabilities.plan else "particles"
 
 
-METHODS = {entry.name: entry for entry in (
+for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         receives=True, sleeping=True, averaged_hats=True, f_bar=True, averaging=True, water=True, two_velocities=True,
         interfaces=True,
@@ -166,12 +169,13 @@ METHODS = {entry.name: entry for entry in (
         precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
         settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True, faces=True),
         words="implicit MPM"),
-)}
+):
+    METHODS.add(entry)
 
 
 def who_can(capability, wanted=True):
     """Names of the methods with a capability; of dimensions and precisions, those that have `wanted` among them."""
     def has(value):
-        return wanted in value if isinstance(value, tuple) else bool(value)
+        return wanted in value if isinstance(value, Collection) else bool(value)
 
     return [name for name, entry in METHODS.items() if has(getattr(entry.capabilities, capability))]

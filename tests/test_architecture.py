@@ -21,15 +21,18 @@ FOLDERS = {
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
 GROUND = {"annotations", "cores", "errors", "draft", "memory", "overwriting", "schemes", "stages", "glance",
-          "amounts", "reading", "quantities", "methods"}
+          "amounts", "reading", "quantities", "methods", "registry", "plugins"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
 SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "rigid", "structures", "forcing",
          "saw_test", "water"}
 MAY_IMPORT = {
-    **{key: set() for key in ("annotations", "cores", "errors", "home", "schemes", "methods", "stages", "glance",
-                              "amounts", "quantities")},
-    "materials": {"compiler"},
+    **{key: set() for key in ("annotations", "cores", "errors", "home", "schemes", "stages", "glance", "amounts",
+                              "quantities")},
+    "registry": {"errors"},
+    "plugins": {"errors", "registry"},
+    "methods": {"registry"},
+    "materials": {"compiler", "registry"},
     "memory": {"errors"},
     "overwriting": {"errors"},
     "draft": {"overwriting"},

@@ -196,19 +196,7 @@ def thinnest(scene):
         test = scene.saw_test
         return min((layer.thickness for _, layer in test.layers
                     if layer is not test.weak_layer or (layer.cells or layer.interface) is None), default=float("inf"))
-    return min((_extent(body.shape) for body in scene.bodies if not body.interface), default=float("inf"))
-
-
-def _extent(shape):
-    if shape.kind == "layer" and isinstance(shape.top, int | float):
-        return shape.top - shape.bottom
-    if shape.kind == "box":
-        return min(hi - lo for lo, hi in zip(shape.min, shape.max, strict=True))
-    if shape.kind == "sphere":
-        return 2.0 * shape.radius
-    if shape.kind == "cylinder":
-        return min(2.0 * shape.radius, shape.height)
-    return float("inf")
+    return min((body.shape.thickness for body in scene.bodies if not body.interface), default=float("inf"))
 
 
 def coarsest(scene):

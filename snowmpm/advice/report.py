@@ -9,6 +9,7 @@ from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.savings import savings
 from snowmpm.handover.outlook import legs
+from snowmpm.measured import costs
 from snowmpm.methods import METHODS
 from snowmpm.running.description import describe
 from snowmpm.setup.build import build
@@ -66,7 +67,8 @@ def advise(scene):
         facts, *later = [SceneFacts(leg.scene, leg.model, leg.solver, leg.begin, leg.end)
                          for leg in legs(model, solver)]
         budget, seconds = facts.budget, [one.budget.total - one.budget.start for one in later]
-        said = {**describe(model, solver), **_switches(scene, facts, later), "run_time": budget.total + sum(seconds)}
+        said = {**describe(model, solver), **_assumed(scene), **_switches(scene, facts, later),
+                "run_time": budget.total + sum(seconds)}
         if later:
             said["steps"] = int(facts.steps)
         warned = list(dict.fromkeys([*cautions(facts), *(found for one in later for found in _cautions(one, scene))]))
@@ -78,6 +80,13 @@ def _cautions(facts, scene):
     """`Caution`s of a method that comes later; of that of a zone with the zone's keys."""
     return [replace(one, key=ZONE + one.key, cure=one.cure.replace("solver.", f"{ZONE}solver."))
             if scene.zone and one.key.startswith("solver.") else one for one in cautions(facts)]
+
+
+def _assumed(scene):
+    """Fact, in words, of costs that nobody measured."""
+    said = {law.kind: f"{law.kind}, as {costs.taken_as(law.kind)}" for law in scene.materials.values()
+            if costs.taken_as(law.kind) != law.kind}
+    return {"assumed_cost": f"not measured: {'; '.join(said.values())}"} if said else {}
 
 
 def _switches(scene, facts, later):

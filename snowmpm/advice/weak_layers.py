@@ -15,13 +15,13 @@ SLACK = 1e-6
 
 @dataclass(frozen=True)
 class WeakLayer:
-    """A body whose bonds break under compression: index, name, material; thickness [m], None where only the particles
+    """A body whose bonds break under compression: index, name, material; thickness [m], inf where only the particles
     tell; tuned: its softening counts for the grid that it was chosen on."""
 
     body: int
     name: str
     material: str
-    thickness: float | None
+    thickness: float
     tuned: bool
 
 
@@ -34,21 +34,13 @@ def weak_layers(scene):
     for i, body in enumerate(scene.bodies):
         law = scene.materials[body.material]
         if law.collapses and not body.interface and not (drawn and body.name == "weak_layer"):
-            found.append(WeakLayer(i, body.name, body.material, _thickness(body.shape), law.collapse_thickness is None))
+            found.append(WeakLayer(i, body.name, body.material, body.shape.thickness, law.collapse_thickness is None))
     return found
-
-
-def _thickness(shape):
-    if shape.kind == "layer" and isinstance(shape.top, int | float):
-        return shape.top - shape.bottom
-    if shape.kind == "box":
-        return min(hi - lo for lo, hi in zip(shape.min, shape.max, strict=True))
-    return None
 
 
 def coarsest_dx(scene):
     """Largest dx [m] that leaves each weak layer LEAST_CELLS; inf without one."""
-    return min((layer.thickness / LEAST_CELLS * (1.0 + SLACK) for layer in weak_layers(scene) if layer.thickness),
+    return min((layer.thickness / LEAST_CELLS * (1.0 + SLACK) for layer in weak_layers(scene)),
                default=float("inf"))
 
 

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from snowmpm import __version__
+from snowmpm import __version__, plugins
 from snowmpm.annotations import PathLike
 from snowmpm.campaigns import design, untrusted
 from snowmpm.campaigns.distributions import Drawn
@@ -32,7 +32,7 @@ ONLY = "base"
 @dataclass(frozen=True)
 class Member:
     """One run: number `run` of `variant`; values: by parameter; changes: of the base scene, by key; hash: of the whole
-    scene, the content of its files and the program's version."""
+    scene, the content of its files, the program's version and the plugins."""
 
     variant: str
     run: int
@@ -253,7 +253,8 @@ def _hashed(member, file, folder):
         scene = load_scene(base, member.changes)
     except InputError as error:
         raise _with_source(error, file, base, member) from None
-    text = f"{__version__}\n{scene.to_toml().replace(str(folder), '')}"
+    made_with = json.dumps(loaded) if (loaded := plugins.records()) else ""
+    text = f"{__version__}{made_with}\n{scene.to_toml().replace(str(folder), '')}"
     return Member(**{**asdict(member), "hash": hashlib.sha256(text.encode()).hexdigest()[:16]})
 
 

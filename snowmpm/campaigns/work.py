@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import overwriting
+from snowmpm import overwriting, plugins
 from snowmpm.campaigns import untrusted
 from snowmpm.draft import FULL, draft, write_text
 from snowmpm.errors import InputError, SimulationError, WriteError, shown_line
@@ -35,7 +35,8 @@ TURN = 0.5
 
 @dataclass(frozen=True)
 class Job:
-    """hash; base: file of the base scene; changes: of it, by key; results, run: folders; keep: "runs" or "results"."""
+    """hash; base: file of the base scene; changes: of it, by key; results, run: folders; keep: "runs" or "results";
+    plugins: (source, SHA-256) of those that the worker loads."""
 
     hash: str
     base: str
@@ -45,13 +46,15 @@ class Job:
     keep: str = "runs"
     threads: int = 1
     backend: str = "cpu"
+    plugins: tuple = ()
 
 
 def job_of(plan, member, example=False):
     """`Job` of a member of a plan; example: its run folder is kept in any case."""
     options = plan.file.cluster
     return Job(member.hash, str(plan.base(member.variant)), member.changes, str(plan.results(member)),
-               str(plan.run(member)), "runs" if example else plan.file.keep, options.threads, options.backend)
+               str(plan.run(member)), "runs" if example else plan.file.keep, options.threads, options.backend,
+               tuple((one.source, one.sha256) for one in plugins.loaded() if one.source))
 
 
 def read_record(results):
@@ -115,6 +118,8 @@ def _run(job):
     from snowmpm.running.loop import run
     from snowmpm.scenes import load_scene
 
+    for source, sha256 in job.plugins:
+        plugins.load(source, sha256)
     folder = Path(job.run)
     scene = load_scene(job.base, job.changes)
     if (folder / checkpoint.FILE).exists() or run_file(folder).exists():

@@ -25,8 +25,9 @@ from snowmpm.cli import (
     strength,
     study,
 )
-from snowmpm.cli.errors import guarded
-from snowmpm.cli.help_text import PlainCommand, PlainGroup
+from snowmpm.cli.command import Command
+from snowmpm.cli.help_text import PlainGroup
+from snowmpm.registry import COMMANDS
 
 HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the deposit, in one model.
 
@@ -59,28 +60,38 @@ def about(
     """Options that precede a command."""
 
 
-app.command("run", cls=PlainCommand)(guarded(run.run))
-app.command("new", cls=PlainCommand)(guarded(new.new))
-app.command("check", cls=PlainCommand)(guarded(check.check, writes=False))
-app.command("list", cls=PlainCommand)(guarded(listing.list_library, writes=False))
-app.command("render", cls=PlainCommand)(guarded(render.render))
-app.command("report", cls=PlainCommand)(guarded(report.report))
-app.command("plot", cls=PlainCommand)(guarded(plot.plot))
-app.command("maps", cls=PlainCommand)(guarded(maps.maps))
-app.command("export", cls=PlainCommand)(guarded(export.export))
-app.command("info", cls=PlainCommand)(guarded(info.info, writes=False))
-app.command("compare", cls=PlainCommand)(guarded(compare.compare))
-app.command("gallery", cls=PlainCommand)(guarded(gallery.gallery))
-app.command("element", cls=PlainCommand)(guarded(element.element))
-app.command("micro", cls=PlainCommand)(guarded(micro.micro))
-app.command("grains", cls=PlainCommand)(guarded(grains.grains))
-app.command("strength", cls=PlainCommand)(guarded(strength.strength))
-app.command("docs", cls=PlainCommand)(guarded(docs.docs, writes=False))
-app.command("study", cls=PlainCommand)(guarded(study.study))
-app.command("sweep", cls=PlainCommand)(guarded(campaign.sweep))
+for command in (
+    Command("run", run.run),
+    Command("new", new.new),
+    Command("check", check.check, writes=False),
+    Command("list", listing.list_library, writes=False),
+    Command("render", render.render, computes=False),
+    Command("report", report.report, computes=False),
+    Command("plot", plot.plot, computes=False),
+    Command("maps", maps.maps, computes=False),
+    Command("export", export.export, computes=False),
+    Command("info", info.info, writes=False, computes=False),
+    Command("compare", compare.compare, computes=False),
+    Command("gallery", gallery.gallery),
+    Command("element", element.element),
+    Command("micro", micro.micro),
+    Command("grains", grains.grains),
+    Command("strength", strength.strength),
+    Command("docs", docs.docs, writes=False, computes=False),
+    Command("study", study.study),
+    Command("sweep", campaign.sweep),
+):
+    COMMANDS.add(command)
+    command.add_to(app)
 
 campaigns = typer.Typer(help="Many runs of one scene, and one answer: probability maps, sensitivities, calibration.",
                         cls=PlainGroup, no_args_is_help=True)
-for made in (campaign.run, campaign.status, campaign.maps, campaign.plot, campaign.calibrate):
-    campaigns.command(made.__name__, cls=PlainCommand)(guarded(made, writes=made is not campaign.status))
+for command in (
+    Command("run", campaign.run),
+    Command("status", campaign.status, writes=False, computes=False),
+    Command("maps", campaign.maps, computes=False),
+    Command("plot", campaign.plot, computes=False),
+    Command("calibrate", campaign.calibrate),
+):
+    command.add_to(campaigns)
 app.add_typer(campaigns, name="campaign")

@@ -24,6 +24,12 @@ OF_THE_NAME = (errno.ENAMETOOLONG, errno.ELOOP, errno.EEXIST, errno.ENOTDIR, err
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace files that snowmpm did not write, or that were changed since.")
 ]
+PluginFiles = Annotated[
+    list[str] | None,
+    typer.Option("--plugin", metavar="FILE_OR_MODULE", help="Load laws, events, shapes and so on from a .py file, or"
+                 " from a module that is installed; repeatable. What installed packages bring is loaded by itself."),
+]
+NoPlugins = Annotated[bool, typer.Option("--no-plugins", help="Load no plugins of installed packages.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
 
@@ -52,9 +58,20 @@ def warn(message, *_, **__):
     print(f"warning: {shown_lines(str(message))}", file=sys.stderr)
 
 
-def guarded(command, writes=True):
+def load_plugins(sources, installed=True):
+    """Load the plugins of installed packages, and those that the command line names. Raises InputError."""
+    from snowmpm import plugins
+
+    if installed:
+        plugins.load_installed()
+    for source in sources:
+        plugins.load(source)
+
+
+def guarded(command, writes=True, computes=False):
     """The command with an option `--debug` and with errors turned into messages and exit codes; one that writes files
-    with an option `--overwrite`, without which it keeps those of the user (`snowmpm.overwriting`).
+    with an option `--overwrite`, without which it keeps those of the user (`snowmpm.overwriting`); one that computes
+    with an option `--plugin` (`snowmpm.plugins`).
 
     InputError -> 2, SimulationError -> 1, interruption -> 130, anything else -> 1 and a hint at `--debug`.
     """
@@ -62,7 +79,7 @@ def guarded(command, writes=True):
     own = "overwrite" in signature.parameters
 
     @functools.wraps(command)
-    def call(*args, debug, overwrite=False, **options):
+    def call(*args, debug, overwrite=False, plugin=None, no_plugins=False, **options):
         options |= {"overwrite": overwrite} if own else {}
         overwriting.forget_inputs()
         try:
@@ -70,6 +87,8 @@ def guarded(command, writes=True):
                 warnings.showwarning = warn
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: the results are checked
                 with requests_to_end(), watched(quiet=bool(options.get("quiet"))), overwriting.keeping(overwrite):
+                    if computes:
+                        load_plugins(plugin or (), installed=not no_plugins)
                     return command(*args, **options)
         except typer.Exit:
             raise
@@ -87,8 +106,9 @@ def guarded(command, writes=True):
             print(shown_lines(message), file=sys.stderr, flush=True)
         raise typer.Exit(code)
 
-    options = {**({"overwrite": Overwrite} if writes and not own else {}), "debug": Debug}
-    more = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=kind)
-            for name, kind in options.items()]
+    options = {**({"overwrite": Overwrite} if writes and not own else {}),
+               **({"plugin": PluginFiles, "no_plugins": NoPlugins} if computes else {}), "debug": Debug}
+    more = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None if name == "plugin" else False,
+                              annotation=kind) for name, kind in options.items()]
     call.__signature__ = signature.replace(parameters=[*signature.parameters.values(), *more])
     return call

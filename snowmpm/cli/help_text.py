@@ -2,6 +2,7 @@
 and prints nothing of it. And what is wrong with the words of a command, in one line like every other error."""
 
 import sys
+from dataclasses import replace
 
 import typer
 from rich.markup import escape
@@ -28,6 +29,13 @@ class PlainGroup(TyperGroup):
         super().__init__(*args, **options)
         _escape(self)
 
+    def resolve_command(self, ctx, args):
+        """A command of a plugin is known once the plugins that the command line names, and those of installed packages,
+        are loaded."""
+        if args and self.get_command(ctx, args[0]) is None:
+            add_commands_of_plugins(self, args)
+        return super().resolve_command(ctx, args)
+
     def main(self, *args, standalone_mode=True, **options):
         try:
             ended = super().main(*args, standalone_mode=False, **options)
@@ -47,6 +55,27 @@ class PlainGroup(TyperGroup):
         if standalone_mode:
             sys.exit(ended if isinstance(ended, int) else 0)
         return ended
+
+
+def add_commands_of_plugins(group, args):
+    """Load plugins and add their commands to a group."""
+    from snowmpm.cli.errors import load_plugins
+    from snowmpm.errors import InputError
+    from snowmpm.registry import COMMANDS
+
+    named = [args[i + 1] for i, word in enumerate(args[:-1]) if word == "--plugin"]
+    named += [word.partition("=")[2] for word in args if word.startswith("--plugin=")]
+    try:
+        load_plugins(named, installed="--no-plugins" not in args)
+    except InputError as error:
+        raise UsageError(str(error)) from None
+    app = typer.Typer(cls=PlainGroup)
+    for command in COMMANDS.values():
+        if command.name not in group.commands:
+            replace(command, computes=True).add_to(app)  # --plugin names it
+    if app.registered_commands:
+        app.callback()(lambda: None)
+        group.commands |= typer.main.get_command(app).commands
 
 
 def _escape(command):

@@ -59,6 +59,9 @@ def run(
     lines: Annotated[
         bool, typer.Option("--lines", help="Print plain lines from the first step on, even on a terminal.")
     ] = False,
+    accept_plugin: Annotated[
+        bool, typer.Option("--accept-plugin", help="With --resume: go on with another version of a plugin.")
+    ] = False,
     accept_cost: Annotated[
         bool, typer.Option("--accept-cost", help="Run even if it takes over a month or more than the free disk.")
     ] = False,
@@ -81,6 +84,8 @@ def run(
     from snowmpm.scenes import load_scene
 
     overrides = scene_overrides(settings, precision)
+    if resume and output:
+        _require_plugins(output, accept_plugin)
     loaded = given = load_scene(scene, overrides)
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
@@ -98,7 +103,7 @@ def run(
     again = _command(scene, folder, backend, threads, {"--render": render, "--accept-cost": accept_cost}, live)
     before = _ends_of(folder) if resume else None
     result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite,
-                      accept_cost=accept_cost, again=again, page=live)
+                      accept_cost=accept_cost, again=again, page=live, accept_plugin=accept_plugin)
     told = not quiet and not as_json
     if told:
         simulated = f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated"
@@ -114,6 +119,19 @@ def run(
     film = draw(result, folder / "film.mp4", quiet=not told) if render else None
     if as_json:
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
+
+
+def _require_plugins(folder, accept):
+    """Raise InputError where the run in a folder began with plugins that are not loaded: without them its scene could
+    not be read."""
+    from snowmpm import plugins
+    from snowmpm.io import Run
+
+    try:
+        made_with = Run(folder).provenance.get("plugins")
+    except InputError:  # no run: what is wrong is said where the checkpoint is read
+        return
+    plugins.require(made_with, folder, accept)
 
 
 def _tell_what_stays(folder, render):
@@ -195,7 +213,7 @@ def _check_folder(folder, overwrite, resume):
 
 
 def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, accept_cost=False, again=None,
-             page=None):
+             page=None, accept_plugin=False):
     """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`.
 
     again: the command that continues it; page: of a live picture (`snowmpm.render.live`).
@@ -223,7 +241,8 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
         with display(scene.name, lines, quiet) as show, following(follower, show) as progress, \
                 warnings.catch_warnings():
             warnings.showwarning = warn
-            return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite, approve=approve)
+            return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite, approve=approve,
+                               accept_plugin=accept_plugin)
     except KeyboardInterrupt as interruption:
         if interruption.args:
             raise KeyboardInterrupt(_with_command(interruption, again, "\n")) from None

@@ -137,15 +137,6 @@ class AccelerationBy:
         return values
 
 
-def make_field(spec, dim, base_dir, key, formula_of, numbers=None, system=None):
-    """Field of a scene's force table. InputError: a file that is wrong.
-
-    system: `ReferenceSystem` of the terrain, into which the polygons of a file are carried; None where it names none.
-    """
-    kind = Acceleration if spec.kind == "acceleration" else Pressure
-    return kind(spec, dim, base_dir, key, formula_of, numbers, system)
-
-
 def _constant(value):
     return lambda *variables: value
 

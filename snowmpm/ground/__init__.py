@@ -3,7 +3,9 @@
 A scene names a law in `[terrain.friction]`; `friction.GroundFriction` puts its numbers on the nodes of a grid.
 """
 
-from typing import get_args
+from typing import Annotated
+
+from snowmpm.registry import GROUND_LAWS as LAWS
 
 from .bingham import Bingham
 from .coulomb import Coulomb
@@ -14,9 +16,10 @@ from .samos_at import SamosAt
 from .value import RasterValue
 from .voellmy import Voellmy
 
-GroundLaw = Coulomb | Voellmy | SamosAt | FrictionalViscous | Bingham | MuI
+for law in (Coulomb, Voellmy, SamosAt, FrictionalViscous, Bingham, MuI):
+    LAWS.add(law)
 
-LAWS: dict[str, type[FrictionLaw]] = {law.model_fields["law"].default: law for law in get_args(GroundLaw)}
+GroundLaw = Annotated[FrictionLaw, LAWS.member()]
 
 __all__ = [
     "LAWS",

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from snowmpm.registry import GROUND_LAWS
+
 from .parametrised import Parametrised
 from .value import Stress
 
@@ -31,6 +33,7 @@ class FrictionLaw(Parametrised):
     `rate` is negative only where a law weakens with speed (WEAKENS).
     """
 
+    REGISTRIES: ClassVar = (GROUND_LAWS,)
     TABLE: ClassVar[str] = "terrain.friction"
     WEAKENS: ClassVar[bool] = False
     """whether the shear stress may fall with the speed"""

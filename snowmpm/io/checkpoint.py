@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import __version__
+from snowmpm import __version__, plugins
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.methods import METHODS
@@ -45,6 +45,7 @@ def save(simulation, path, **more):
 def snapshot(simulation, **more):
     """Content of a checkpoint: a copy of the whole state, unaffected by later steps of the simulation."""
     return {"format": FORMAT, "version": FORMAT_VERSION, "program": __version__, "scene": simulation.scene.to_toml(),
+            "plugins": plugins.records(),
             "terrain": terrain_digest(simulation.model.surface), "files": simulation.files, "time": simulation.time,
             "simulation": simulation.state(), **more}
 
@@ -128,8 +129,10 @@ def previous(path):
     return path.with_name(f"{path.stem}.previous{path.suffix}")
 
 
-def check(saved, scene):
-    """Raise InputError for a scene that differs from the checkpoint's in more than a later end_time."""
+def check(saved, scene, accept_plugin=False):
+    """Raise InputError for a scene that differs from the checkpoint's in more than a later end_time, and for plugins
+    that are not loaded; accept_plugin: whether another version of one will do."""
+    plugins.require(saved.get("plugins"), saved.get("path", "checkpoint"), accept_plugin)
     before = _flat(tables(saved["scene"]))
     for key, was, value in differences(saved["scene"], scene):
         was = f"was {was!r}" if was is not None else "was not there"

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
+from snowmpm.registry import LAWS, OWN
 from snowmpm.schemes import TRANSFERS
 
 TABLE = Path(__file__).with_name("costs.csv")
@@ -104,7 +105,16 @@ def usual_law(scheme):
 
 def law(scheme, kind):
     """ns of a law's update more than that of `USUAL_LAW`."""
-    return row("law", scheme.dimension, scheme.precision, kind) - usual_law(scheme)
+    return row("law", scheme.dimension, scheme.precision, taken_as(kind)) - usual_law(scheme)
+
+
+def taken_as(kind):
+    """Kind of the law whose cost a law is taken to have: its own; of a law that was added, whose cost nobody measured,
+    that of the law of the program that it derives from, else of `USUAL_LAW`."""
+    if LAWS.by.get(kind, OWN) == OWN:
+        return kind
+    own = {law: name for name, law in LAWS.items() if LAWS.by[name] == OWN}
+    return next((own[base] for base in LAWS[kind].__mro__ if base in own), USUAL_LAW)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Particle fields by name, as output, diagnostics and users read them: NumPy copies in SI units."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,11 +11,23 @@ from snowmpm.annotations import Floats, Numbers
 from snowmpm.materials import LAWS, unpack
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.regimes import DENSEST, LOOSEST, inertial_number, regime, steady_fraction, strain_rate
-from snowmpm.quantities.particle_fields import UNITS
+from snowmpm.registry import FIELDS, Registry
 
 if TYPE_CHECKING:
     from snowmpm.particles.material_table import MaterialTable
     from snowmpm.particles.snapshot import Snapshot
+
+
+@dataclass(frozen=True)
+class ParticleField:
+    """A field of every particle, whatever its law. unit: in SI, "1" without; reads: given a `ParticleFields`, returns
+    its values (n,) or (n, columns)."""
+
+    REGISTRIES: ClassVar[tuple[Registry, ...]] = (FIELDS,)
+
+    name: str
+    unit: str
+    reads: Callable[["ParticleFields"], Numbers]
 
 
 def of_laws() -> dict[str, str]:
@@ -24,7 +37,7 @@ def of_laws() -> dict[str, str]:
 
 def field_units() -> dict[str, str]:
     """Unit of every field, by name."""
-    return {**UNITS, **of_laws()}
+    return {**{name: field.unit for name, field in FIELDS.items()}, **of_laws()}
 
 
 class ParticleFields:
@@ -63,11 +76,11 @@ class ParticleFields:
 
     def __getitem__(self, name: str) -> Numbers:
         """Raises KeyError for a name that nothing reads."""
-        if name in READERS:
-            return READERS[name](self)
+        if name in FIELDS:
+            return FIELDS[name].reads(self)
         if name in of_laws():
             return self._of_laws(name)
-        raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted({*READERS, *of_laws()}))}")
+        raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted({*FIELDS, *of_laws()}))}")
 
     def __contains__(self, name: object) -> bool:
         return name in field_units()
@@ -170,30 +183,30 @@ def _failure_function(fields):
     return values
 
 
-READERS = {
-    "position": lambda fields: fields.snapshot.positions(),
-    "velocity": lambda fields: fields.column("velocity"),
-    "density": lambda fields: fields.reference_density() / fields["J"],
-    "mass": lambda fields: fields.column("volume")[:, 0] * fields.reference_density(),
-    "volume": lambda fields: fields.column("volume")[:, 0] * fields["J"],
-    "stress": _stress,
-    "p": lambda fields: -_stress(fields)[:, :3].mean(axis=1),
-    "q": _q,
-    "J": lambda fields: fields.column("volume_ratio")[:, 0],
-    "material": lambda fields: fields.snapshot.labels[:, 0],
-    "body": ParticleFields.bodies,
-    "id": lambda fields: fields.snapshot.labels[:, 1],
-    "depth": lambda fields: fields.snapshot.depth(),
-    "pore_pressure": lambda fields: fields.water()[:, PORE_PRESSURE],
-    "porosity": lambda fields: np.where((fields.water()[:, [0, GRAINS]] > 0.0).any(axis=1),
-                                        1.0 - fields.water()[:, GRAINS] / fields["J"], 0.0),
-    "saturation": lambda fields: _share(fields["liquid_water"], fields["porosity"]),
-    "liquid_water": lambda fields: fields.water()[:, 0] / fields.water_density / fields["J"],
-    "excess_pressure": ParticleFields.excess_pressure,
-    "strain_rate": lambda fields: strain_rate(fields.velocity_gradient()),
-    "inertial_number": _inertial_number,
-    "failure_function": _failure_function,
-    "flow_regime": lambda fields: regime(fields["inertial_number"]),
-    "steady_solid_fraction": _steady_fraction,
-}
-"""What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""
+for field in (
+    ParticleField("position", "m", lambda fields: fields.snapshot.positions()),
+    ParticleField("velocity", "m/s", lambda fields: fields.column("velocity")),
+    ParticleField("density", "kg/m3", lambda fields: fields.reference_density() / fields["J"]),
+    ParticleField("mass", "kg", lambda fields: fields.column("volume")[:, 0] * fields.reference_density()),
+    ParticleField("volume", "m3", lambda fields: fields.column("volume")[:, 0] * fields["J"]),
+    ParticleField("stress", "Pa", _stress),
+    ParticleField("p", "Pa", lambda fields: -_stress(fields)[:, :3].mean(axis=1)),
+    ParticleField("q", "Pa", _q),
+    ParticleField("J", "1", lambda fields: fields.column("volume_ratio")[:, 0]),
+    ParticleField("material", "1", lambda fields: fields.snapshot.labels[:, 0]),
+    ParticleField("body", "1", ParticleFields.bodies),
+    ParticleField("id", "1", lambda fields: fields.snapshot.labels[:, 1]),
+    ParticleField("depth", "m", lambda fields: fields.snapshot.depth()),
+    ParticleField("pore_pressure", "Pa", lambda fields: fields.water()[:, PORE_PRESSURE]),
+    ParticleField("porosity", "1", lambda fields: np.where((fields.water()[:, [0, GRAINS]] > 0.0).any(axis=1),
+                                                           1.0 - fields.water()[:, GRAINS] / fields["J"], 0.0)),
+    ParticleField("saturation", "1", lambda fields: _share(fields["liquid_water"], fields["porosity"])),
+    ParticleField("liquid_water", "1", lambda fields: fields.water()[:, 0] / fields.water_density / fields["J"]),
+    ParticleField("excess_pressure", "Pa", ParticleFields.excess_pressure),
+    ParticleField("strain_rate", "1/s", lambda fields: strain_rate(fields.velocity_gradient())),
+    ParticleField("inertial_number", "1", _inertial_number),
+    ParticleField("flow_regime", "1", lambda fields: regime(fields["inertial_number"])),
+    ParticleField("steady_solid_fraction", "1", _steady_fraction),
+    ParticleField("failure_function", "1", _failure_function),
+):
+    FIELDS.add(field)

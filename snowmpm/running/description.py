@@ -6,7 +6,6 @@ from snowmpm import memory
 from snowmpm.io import layout
 from snowmpm.methods import METHODS
 from snowmpm.running.forecast import forecast
-from snowmpm.scenes.forces import FACES
 from snowmpm.scenes.switch import parts
 
 
@@ -47,26 +46,13 @@ def _acting(model):
     if model.gravity is not None:
         first, last = model.gravity.at(0.0), model.gravity.at(scene.end_time)
         told["gravity"] = f"from {_vector(first)} to {_vector(last)} m/s2"
-    forces = {f"{i} {force.kind}": _force(force) for i, force in enumerate(scene.forces)}
+    forces = {f"{i} {force.kind}": f"{force.told()}{_time(force)}" for i, force in enumerate(scene.forces)}
     if forces:
         told["forces"] = forces
     if scene.damping:
         told["damping"] = f"{scene.damping.coefficient:g} 1/s{_time(scene.damping)}" + (
             f", ends at rest ({scene.damping.rest_speed:g} m/s)" if scene.damping.rest_speed else "")
     return told
-
-
-def _force(force):
-    value = force.value if force.file is None else f"from {force.file}"
-    value = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
-    where = [f"on {force.body}"] if getattr(force, "body", None) else []
-    where += [f"in {key}" for key in ("within", "region") if getattr(force, key, None) is not None]
-    if force.kind == "pressure":
-        where = ["around the snow" if force.acts_on == "surface" else "in its pores"]
-    if isinstance(force, FACES):
-        where[0] = f"on the surface of {force.body}"
-    unit = {"acceleration": "m/s2", "displacement": "m"}.get(force.kind, "Pa")
-    return " ".join([f"{value} {unit}", *where]) + _time(force)
 
 
 def _time(item):

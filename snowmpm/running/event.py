@@ -7,7 +7,8 @@ class Event:
     load = None
     """(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])"""
 
-    def __init__(self, spec, body):
+    def __init__(self, spec, body, dx=0.0):
+        """spec: the table; body: number of the body that it names, or None; dx [m]."""
         self.done = False
         self._spec, self._body = spec, body
 

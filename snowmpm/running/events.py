@@ -7,8 +7,8 @@ None; and its progress as `state()` and `restore(state)`.
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.registry import resolved
 from snowmpm.running.event import Event
-from snowmpm.running.water_events import Drainage, Wetting
 from snowmpm.saw_test.saw import Saw
 
 
@@ -16,9 +16,9 @@ class Cut(Event):
     """A saw cut through a body. In plan, particles of the body within half the cut width of the saw's path lose their
     strength and their stress (the law's `severed_state()`); their mass stays."""
 
-    def __init__(self, spec, body, width):
+    def __init__(self, spec, body, dx):
         super().__init__(spec, body)
-        self._half_width = 0.5 * width
+        self._half_width = 0.5 * (spec.width or 2.0 * dx)
         self._path = np.asarray(spec.path, float)[:, :-1]
         self._at = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(self._path, axis=0), axis=1))]
         self._cut_to = -np.inf
@@ -66,7 +66,7 @@ class Load(Push):
     """A force on the snow within `radius` of a point, such as a skier: the same acceleration for all of it, so that
     the total is the given force once it acts fully. It grows linearly over the scene's `ramp`."""
 
-    def __init__(self, spec, body):
+    def __init__(self, spec, body, dx):
         super().__init__(spec, body)
         self._full = None  # acceleration by the whole force [m/s2]
 
@@ -107,7 +107,7 @@ class BodyLoad(Push):
     since the last step.
     """
 
-    def __init__(self, spec, body):
+    def __init__(self, spec, body, dx):
         super().__init__(spec, body)
         self._given = 0.0  # impulse on the body so far over the full force [s]
         self._count, self._mass = -1, 0.0  # number of particles when the body's mass [kg] was last summed
@@ -150,35 +150,16 @@ class Remove(Event):
             self.done = True
 
 
-def _cut(spec, body, dx):
-    return Cut(spec, body, spec.width or 2.0 * dx)
-
-
-def _load(spec, body, dx):
-    return (BodyLoad if spec.centre is None else Load)(spec, body)
-
-
-def _removal(spec, body, dx):
-    return Remove(spec, body)
-
-
-def _wetting(spec, body, dx):
-    return Wetting(spec, body)
-
-
-def _drainage(spec, body, dx):
-    return Drainage(spec, body)
-
-
-MAKERS = {"cut": _cut, "load": _load, "remove": _removal, "rain": _wetting, "melt": _wetting, "drainage": _drainage}
-"""Constructor of each kind of event, from its table, the index of its body, None without one, and dx [m]."""
+def load(spec, body, dx):
+    """A force on a part of a body, or on all of it."""
+    return (BodyLoad if spec.centre is None else Load)(spec, body, dx)
 
 
 def make_events(scene):
     """The scene's events, ready to be applied; last the saw of a saw test."""
     names, dx = [body.name for body in scene.bodies], scene.solver.dx
     bodies = [getattr(spec, "body", None) for spec in scene.events]
-    events = [MAKERS[spec.kind](spec, None if body is None else names.index(body), dx)
+    events = [resolved(type(spec).ACTS)(spec, None if body is None else names.index(body), dx)
               for spec, body in zip(scene.events, bodies, strict=True)]
     test = scene.saw_test
     if test:

@@ -91,7 +91,8 @@ class Phases:
 
 
 def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] | None = None, resume: bool = False,
-        overwrite: bool | None = None, approve: Callable[[Simulation], object] | None = None) -> Run:
+        overwrite: bool | None = None, approve: Callable[[Simulation], object] | None = None,
+        accept_plugin: bool = False) -> Run:
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`.
 
     out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress`
@@ -100,7 +101,7 @@ def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] 
     starts, with a warning. The scene and the files that it names must be the same, but it may end later. overwrite:
     None replaces an earlier run, but no file that came from elsewhere or was changed since; True replaces both, False
     neither. approve: called with the `Simulation` before it settles or continues; may raise InputError, and then
-    nothing is written.
+    nothing is written. accept_plugin: resume with another version of a plugin (`snowmpm.plugins`) than it began with.
     Raises InputError before anything is written, SimulationError when a step fails (frames so far stay readable),
     WriteError when the disk is full, and KeyboardInterrupt at Ctrl-C or SIGTERM, a checkpoint written.
     """
@@ -109,12 +110,12 @@ def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] 
         if resume and _hardly_begun(folder):
             warnings.warn(f"{folder}: nothing to resume there yet: the run starts from its beginning", stacklevel=2)
             resume, overwrite = False, True
-        return _run(scene, folder, lock, progress, resume, overwrite is not False, approve)
+        return _run(scene, folder, lock, progress, resume, overwrite is not False, approve, accept_plugin)
 
 
-def _run(scene, folder, lock, progress, resume, overwrite, approve):
+def _run(scene, folder, lock, progress, resume, overwrite, approve, accept_plugin):
     phases = Phases()
-    saved = _saved(folder, scene) if resume else None
+    saved = _saved(folder, scene, accept_plugin) if resume else None
     if saved is None:
         overwriting.guard_in(folder, (*FILES, *PASSING))
     else:
@@ -150,10 +151,10 @@ def _hardly_begun(folder):
     return True
 
 
-def _saved(folder, scene):
+def _saved(folder, scene, accept_plugin):
     refuse_resume(scene)
     saved = checkpoint.read(folder / checkpoint.FILE)
-    checkpoint.check(saved, scene)
+    checkpoint.check(saved, scene, accept_plugin)
     _require_own_scene(folder / SCENE, saved["scene"])
     return saved
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import __version__
+from snowmpm import __version__, plugins
 from snowmpm.compiler import runtime, ti
 from snowmpm.errors import InputError
 from snowmpm.io import Background, Run, RunWriter
@@ -115,6 +115,7 @@ class Recorder:
                 "particle_spacing": spacing, "dx": scene.solver.dx, "end_time": scene.end_time,
                 "bodies": [body.name for body in scene.bodies],
                 "materials": list(scene.materials), "particles": self._simulation.n_particles,
+                **({"plugins": made_with} if (made_with := plugins.records()) else {}),
                 **({"zone_spacing": scene.zone.solver.spacing(scene.dimension)} if scene.zone else {}),
                 **({"chosen": [str(choice) for choice in scene.choices]} if scene.choices else {}),
                 **({"body_shares": shares} if (shares := self._cut_bodies()) else {}),

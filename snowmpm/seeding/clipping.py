@@ -24,7 +24,7 @@ def clipped(shape, spec, lower, upper, key):
     if not cuts.any():
         return shape
     volume = 0.0 if (high <= low).any() else _volume(shape, spec, np.where(cuts[: len(lower)], lower, -np.inf),
-                                                     np.where(cuts[len(lower):], upper, np.inf))
+                                                     np.where(cuts[len(lower):], upper, np.inf), key)
     if not volume > 1e-9 * shape.volume:
         raise InputError(f"{key}: lies wholly beyond a side of the domain")
     inside = shape.contains or (lambda points: np.ones(len(points), bool))
@@ -42,7 +42,7 @@ def clipped(shape, spec, lower, upper, key):
                    contains=None if spec.kind == "box" else contains)
 
 
-def _volume(shape, spec, lower, upper):
+def _volume(shape, spec, lower, upper, key):
     """Volume between two corners, infinite without a cut."""
     kind, dim = spec.kind, len(lower)
     if kind == "box":
@@ -55,6 +55,9 @@ def _volume(shape, spec, lower, upper):
         return radius**dim * (disc_part(1.0, lower, upper) if dim == 2 else ball_part(lower, upper))
     if kind == "cylinder":
         return _of_cylinder(spec, lower, upper) * shape.volume
+    if shape.facets is None:
+        raise InputError(f"{key}: a side of the domain cuts it, and a {kind} does not say what volume is left: keep it"
+                         " away from slip and symmetric sides")
     return part_of_mesh(shape.facets, lower, upper)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
+from snowmpm.registry import SHAPES, resolved
 from snowmpm.seeding.polygons import Polygons
 from snowmpm.seeding.voxels import phase_inside, read_voxels
 from snowmpm.terrain.distance import DistanceField
@@ -32,18 +33,17 @@ class Shape:
 
 
 def shape_of(spec, dim, base_dir, key):
-    """Shape of a scene's shape table: box, sphere, cylinder, prism, mesh (3-D), polygon (2-D), voxels.
+    """Shape of a scene's shape table, or of an object with its attributes.
 
     InputError: wrong number of coordinates, no volume, unreadable or open mesh.
     """
-    builders = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "polygon": _polygon, "prism": _prism,
-                "mesh": _mesh, "voxels": _voxels}
-    if spec.kind not in builders:
-        raise InputError.at(f"{key}.kind", spec.kind, f"must be one of {', '.join([*builders, 'layer'])}")
-    only = {"cylinder": 3, "prism": 3, "mesh": 3, "polygon": 2}.get(spec.kind, dim)
+    filling = {name: shape for name, shape in SHAPES.items() if shape.FILLS}
+    if spec.kind not in filling:
+        raise InputError.at(f"{key}.kind", spec.kind, f"must be one of {', '.join([*filling, 'layer'])}")
+    only = filling[spec.kind].DIMENSION or dim
     if only != dim:
         raise InputError.at(f"{key}.kind", spec.kind, f"exists in {only}-D scenes only")
-    return builders[spec.kind](spec, dim, base_dir, key)
+    return resolved(filling[spec.kind].FILLS)(spec, dim, base_dir, key)
 
 
 def _vector(values, dim, key):
@@ -53,14 +53,16 @@ def _vector(values, dim, key):
     return vector
 
 
-def _box(spec, dim, base_dir, key):
+def box(spec, dim, base_dir, key):
+    """A block along the axes, or a rectangle."""
     lower, upper = _vector(spec.min, dim, f"{key}.min"), _vector(spec.max, dim, f"{key}.max")
     if not (upper > lower).all():
         raise InputError.at(f"{key}.max", upper.tolist(), f"must be larger than min = {lower.tolist()} on every axis")
     return Shape(lower, np.eye(dim), upper - lower, float(np.prod(upper - lower)))
 
 
-def _sphere(spec, dim, base_dir, key):
+def sphere(spec, dim, base_dir, key):
+    """A ball, or a disc."""
     centre, radius = _vector(spec.centre, dim, f"{key}.centre"), float(spec.radius)
     if not radius > 0:
         raise InputError.at(f"{key}.radius", radius, "must be > 0")
@@ -72,7 +74,8 @@ def _sphere(spec, dim, base_dir, key):
     return Shape(centre - radius, np.eye(dim), np.full(dim, 2.0 * radius), volume, contains)
 
 
-def _cylinder(spec, dim, base_dir, key):
+def cylinder(spec, dim, base_dir, key):
+    """A cylinder in any direction."""
     base, axis = _vector(spec.base, 3, f"{key}.base"), _vector(spec.axis, 3, f"{key}.axis")
     radius, height = float(spec.radius), float(spec.height)
     for name, value in (("radius", radius), ("height", height)):
@@ -95,14 +98,16 @@ def _cylinder(spec, dim, base_dir, key):
     return Shape(origin, axes, np.array([2 * radius, 2 * radius, height]), np.pi * radius**2 * height, contains)
 
 
-def _polygon(spec, dim, base_dir, key):
+def polygon(spec, dim, base_dir, key):
+    """A polygon (2-D)."""
     area = Polygons.of([[spec.points]], f"{key}.points")
     lower, upper = area.bounds()
     return Shape(lower, np.eye(2), upper - lower, area.area(), area.contains, part=area.area_within)
 
 
-def _prism(spec, dim, base_dir, key):
-    face, (first, last) = _polygon(spec, 2, base_dir, key), spec.y
+def prism(spec, dim, base_dir, key):
+    """A polygon in the plane of x and z, between two values of y."""
+    face, (first, last) = polygon(spec, 2, base_dir, key), spec.y
     size = np.insert(face.size, 1, last - first)
 
     def part(lower, upper):
@@ -113,7 +118,8 @@ def _prism(spec, dim, base_dir, key):
                  lambda points: face.contains(points[:, [0, 2]]), part=part)
 
 
-def _mesh(spec, dim, base_dir, key):
+def mesh(spec, dim, base_dir, key):
+    """The inside of a closed mesh."""
     path = existing(spec.file, base_dir, f"{key}.file")
     surface = TerrainSurface.of(*mesh_facets(path, f"{key}.file"))
     if not surface.closed:
@@ -129,7 +135,8 @@ def _mesh(spec, dim, base_dir, key):
     return Shape(surface.lower, np.eye(3), size, surface.volume(), contains, facets=surface.vertices[surface.facets])
 
 
-def _voxels(spec, dim, base_dir, key):
+def voxels(spec, dim, base_dir, key):
+    """The voxels of one value."""
     voxels = read_voxels(spec, dim, base_dir, key)
     origin = np.zeros(dim) if spec.origin is None else _vector(spec.origin, dim, f"{key}.origin")
     count = int((voxels == spec.phase).sum())

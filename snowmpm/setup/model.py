@@ -1,6 +1,5 @@
 """The model of a scene: arrays and objects from which a solver is built."""
 
-import pkgutil
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 
@@ -10,14 +9,13 @@ from snowmpm.errors import InputError
 from snowmpm.forcing import Forcing
 from snowmpm.forcing.course import Course
 from snowmpm.forcing.damping import Damping
-from snowmpm.forcing.fields import make_field
 from snowmpm.ground import Coulomb
 from snowmpm.ground.friction import GroundFriction
 from snowmpm.methods import METHODS
 from snowmpm.particles.population import Population
+from snowmpm.registry import resolved
 from snowmpm.results.map_grid import grid_for
 from snowmpm.results.maps import cell_for
-from snowmpm.scenes.forces import FACES
 from snowmpm.scenes.formula import compiled
 from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
@@ -87,7 +85,7 @@ class Model:
         """`laws`, and then those of the water in the pores of each material, where that has particles of its own."""
         scheme = self.scene.water.scheme if self.scene.water else ""
         if has_own_water(self.scene):
-            return [*self.laws, pkgutil.resolve_name("snowmpm.mixture.pore_fluid:PoreFluid")()]
+            return [*self.laws, resolved("snowmpm.mixture.pore_fluid:PoreFluid")()]
         return self.laws * 2 if scheme == "two_phase" else self.laws
 
     @cached_property
@@ -187,14 +185,14 @@ class Model:
         names, ends = [body.name for body in scene.bodies], [*self.body_starts, len(self.population.volumes)]
         fields = []
         for i, spec in enumerate(scene.forces):
-            if isinstance(spec, FACES):
+            if (acts := resolved(type(spec).ACTS)) is None:  # of faces
                 continue
             body = names.index(spec.body) if getattr(spec, "body", None) is not None else None
             numbers = None if body is None else (ends[body], ends[body + 1])
             try:
-                fields.append(make_field(spec, scene.dimension, scene.base_dir, f"forces.{i}",
-                                         lambda text: compiled(text, scene.dimension), numbers,
-                                         self.surface.system if self.surface else None))
+                fields.append(acts(spec, scene.dimension, scene.base_dir, f"forces.{i}",
+                                   lambda text: compiled(text, scene.dimension), numbers,
+                                   self.surface.system if self.surface else None))
             except InputError as error:
                 raise InputError(f"{scene.source}: {error}") from None
         return Forcing(self.gravity, fields, Damping(scene.damping) if scene.damping else None)
@@ -203,16 +201,15 @@ class Model:
         """The particles in balance with their weight, by the static solver of the method (`MethodEntry.relax`); None
         where there is none, or no balance is found."""
         chosen = self.scene.solver
-        relax = METHODS[chosen.method].relax
+        relax = resolved(METHODS[chosen.method].relax)
         if relax is None:
             return None
-        relax = pkgutil.resolve_name(relax) if isinstance(relax, str) else relax
         return relax(self.population, self.laws, chosen, tolerance=self.scene.initial.tolerance, **self._setting())
 
     def solver(self, population=None):
         """The solver of this scene at time zero. population: in place of its particles."""
         if self.scene.zone:
-            return pkgutil.resolve_name("snowmpm.handover.nesting:nested")(self, population)
+            return resolved("snowmpm.handover.nesting:nested")(self, population)
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
@@ -231,8 +228,7 @@ class Model:
         entry = METHODS[chosen.method]
         # By name: methods are slow to import, and a run has one of them
         seeps = self.scene.water and self.scene.water.scheme == "seepage"
-        build = entry.seeping if seeps else entry.builder
-        build = pkgutil.resolve_name(build) if isinstance(build, str) else build
+        build = resolved(entry.seeping if seeps else entry.builder)
         options = getattr(chosen, entry.options) if entry.options else chosen
         seeds = self.population if population is None else population
         return build(seeds, self.laws_of_phases, options, **self._setting())

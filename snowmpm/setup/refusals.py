@@ -1,7 +1,10 @@
 """Refusal of scenes that ask for more than their method can do, from its capabilities."""
 
+from collections.abc import Collection
+
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
+from snowmpm.registry import OBSTACLES
 from snowmpm.scenes.forces import FACES
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
@@ -10,9 +13,6 @@ from snowmpm.scenes.zone import within
 from snowmpm.schemes import BASES
 from snowmpm.setup.interface_refusals import refuse_interfaces
 from snowmpm.setup.water_refusals import refuse_beside_water
-
-SOLID = ("box", "sphere", "cylinder", "mesh", "polygon")
-"""Shapes of bodies with a surface that forces may act on."""
 
 OF_WATER = {"u_p": ("drainage",), "v_w": ("rain",), "seepage": ("rain",)}
 """Events that a scheme of water has where its method may not have them for others."""
@@ -81,7 +81,7 @@ def demands(scene, later=False):
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
     for i, force in enumerate(scene.forces):
-        yield "faces" if isinstance(force, FACES) else "forces", True, f"forces.{i}.kind", force.kind
+        yield force.NEEDS, True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
@@ -250,8 +250,8 @@ def _refuse_beside_faces(scene):
                   f'solver.kernel = "{scene.solver.kernel}"': BASES[scene.solver.kernel].box}
         if found := [name for name, there in beside.items() if there]:
             raise InputError.at(f"forces.{i}.kind", force.kind, f"does not go with {' and '.join(found)}", scene.source)
-        if body.shape.kind not in SOLID:
-            raise InputError.at(f"forces.{i}.body", force.body, f'needs a shape of kind {", ".join(SOLID)}, and has'
+        if body.shape.kind not in OBSTACLES:
+            raise InputError.at(f"forces.{i}.body", force.body, f'needs a shape of kind {", ".join(OBSTACLES)}, and has'
                                 f' "{body.shape.kind}"', scene.source)
 
 
@@ -302,7 +302,7 @@ def require(scene, capability, key, value, wanted=True, what=""):
         return
     others = " or ".join(f'"{other}"' for other in able) or "another one"
     own = getattr(METHODS[name].capabilities, capability)
-    bound = f", which has {' and '.join(map(str, own))} only" if isinstance(own, tuple) else ""
+    bound = f", which has {' and '.join(map(str, own))} only" if isinstance(own, Collection) else ""
     if key == "solver.method":
         allowed = f"must be {others} {what or f'beside {capability}'}"
     else:

@@ -10,6 +10,7 @@ from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
+from snowmpm.registry import OBSTACLES, resolved
 from snowmpm.seeding.polygons import simple_outline
 from snowmpm.seeding.shapes import shape_of
 from snowmpm.solids.primitives import BALL, BOX, CYLINDER, SAMPLED, primitive_distance
@@ -48,7 +49,7 @@ class SolidShape:
         reach [m]: beyond it the distance from a mesh may be truncated; for many triangles a small reach is much faster.
         InputError: a mesh that is open or cannot be read, a polygon that crosses itself, no volume.
         """
-        return replace(BUILDERS[spec.kind](spec, dim, base_dir, key), reach=reach)
+        return replace(resolved(OBSTACLES[spec.kind].SOLID)(spec, dim, base_dir, key), reach=reach)
 
     @property
     def dim(self):
@@ -117,13 +118,15 @@ def _primitive(kind):
     return build
 
 
-def _polygon(spec, dim, base_dir, key):
+def polygon(spec, dim, base_dir, key):
+    """Rigid polygon (2-D)."""
     points = simple_outline(spec.points, f"{key}.points")
     number = np.arange(len(points))
     return _of_surface(points, np.column_stack([number, np.roll(number, -1)]), f"{key}.points: the polygon")
 
 
-def _mesh(spec, dim, base_dir, key):
+def mesh(spec, dim, base_dir, key):
+    """Rigid closed mesh."""
     path = existing(spec.file, base_dir, f"{key}.file")
     return _of_surface(*mesh_facets(path, f"{key}.file"), f"{key}.file = {str(spec.file)!r}: the mesh")
 
@@ -142,8 +145,7 @@ def _of_surface(vertices, facets, what):
     return SolidShape(SAMPLED, 0.5 * (surface.lower + surface.upper), np.eye(dim), 0.5 * size, surface)
 
 
-BUILDERS = {"box": _primitive(BOX), "sphere": _primitive(BALL), "cylinder": _primitive(CYLINDER), "polygon": _polygon,
-            "mesh": _mesh}
+box, sphere, cylinder = _primitive(BOX), _primitive(BALL), _primitive(CYLINDER)
 
 
 @functools.cache

@@ -1,5 +1,6 @@
 """The suite of `method_suite` over every method that is registered: a new method has its tests by being there."""
 
+import contextlib
 import inspect
 from dataclasses import fields, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from tests.contract import toy_method
 from tests.contract.capability_suite import CAPABILITIES, is_as_declared
 from tests.contract.method_examples import EXAMPLES, Example, able, without_example
 from tests.contract.method_suite import CHECKS
+from tests.support.registered import registered
 from tests.support.thread_counts import with_one_and_two_threads
 
 VALUES = {"dimensions": (2, 3), "precisions": ("f32", "f64")}
@@ -84,17 +86,18 @@ def test_one_and_two_threads_leave_the_same_bits_in_space():
 
 
 @pytest.fixture
-def registered(monkeypatch):
-    """registered(entry, example) adds a method and its example."""
+def added(monkeypatch):
+    """added(entry, example) adds a method and its example."""
 
     def add(entry, example=Example()):  # noqa: B008 - frozen
         assert entry.name not in METHODS
-        monkeypatch.setitem(METHODS, entry.name, entry)
+        stack.enter_context(registered(entry))
         assert without_example() == {entry.name}  # and the suite says so
         monkeypatch.setitem(EXAMPLES, entry.name, example)
         return entry.name
 
-    return add
+    with contextlib.ExitStack() as stack:
+        yield add
 
 
 def failures(method, folder):
@@ -120,8 +123,8 @@ IN_PLAN = replace(TOY, name="plan", capabilities=replace(TOY.capabilities, dimen
 
 
 @pytest.mark.parametrize(("entry", "example"), [(TOY, Example()), (IN_PLAN, Example(grounded=True))])
-def test_a_method_that_is_registered_gets_the_suite(registered, entry, example, tmp_path):
-    name = registered(entry, example)
+def test_a_method_that_is_registered_gets_the_suite(added, entry, example, tmp_path):
+    name = added(entry, example)
     assert not failures(name, tmp_path)
     assert not able(name).obstacles
 
@@ -163,11 +166,11 @@ class Forgotten(toy_method.Sliding):
     (Unbooked, {"loads_and_pushes_are_booked", "mass_and_momentum_are_audited"}),
     (Drifting, {"rest_stays_at_rest", "translation_is_rigid"}),
     (Forgotten, {"what_is_taken_out_is_booked", "mass_and_momentum_are_audited"})])
-def test_the_suite_finds_what_is_wrong(registered, wrong, found, tmp_path):
-    name = registered(replace(TOY, name="wrong", builder=wrong))
+def test_the_suite_finds_what_is_wrong(added, wrong, found, tmp_path):
+    name = added(replace(TOY, name="wrong", builder=wrong))
     assert found <= failures(name, tmp_path)
 
 
-def test_the_suite_finds_what_is_declared_and_not_done(registered, tmp_path):
-    name = registered(replace(TOY, name="boastful", capabilities=replace(TOY.capabilities, obstacles=True)))
+def test_the_suite_finds_what_is_declared_and_not_done(added, tmp_path):
+    name = added(replace(TOY, name="boastful", capabilities=replace(TOY.capabilities, obstacles=True)))
     assert "obstacles" in failures(name, tmp_path)

@@ -13,13 +13,15 @@ from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
 from snowmpm.scenes.schema import Scene
 from tests.contract import toy_method
+from tests.support.registered import registered, without
 
 ANGLE, MU, G = 35.0, 0.3, 9.81
 
 
 @pytest.fixture(autouse=True)
-def registered(monkeypatch):
-    monkeypatch.setitem(METHODS, "sliding", toy_method.ENTRY)
+def sliding():
+    with registered(toy_method.ENTRY):
+        yield
 
 
 def slope(dimension=3, **changes):
@@ -44,8 +46,7 @@ def test_it_is_small():
 def finished(tmp_path_factory):
     """A run that stopped half way and was resumed."""
     folder = tmp_path_factory.mktemp("sliding")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(METHODS, "sliding", toy_method.ENTRY)
+    with registered(toy_method.ENTRY):
         snowmpm.run(slope(end_time=0.2), folder)
         return snowmpm.run(slope(), folder, resume=True)
 
@@ -88,16 +89,15 @@ def test_a_refusal_names_the_key_and_the_methods_that_can():
         snowmpm.Simulation(slope(2, obstacles=WALL))
 
 
-def test_a_dimension_that_it_lacks_is_refused(monkeypatch):
+def test_a_dimension_that_it_lacks_is_refused():
     from dataclasses import replace
 
     plane = replace(toy_method.ENTRY, capabilities=replace(toy_method.ENTRY.capabilities, dimensions=(2,)))
-    monkeypatch.setitem(METHODS, "sliding", plane)
-    with pytest.raises(InputError, match=r'dimension = 3: needs .* = "mpm" or "sph" or "depth".*which has 2 only'):
+    words = r'dimension = 3: needs .* = "mpm" or "sph" or "depth".*which has 2 only'
+    with registered(plane), pytest.raises(InputError, match=words):
         snowmpm.Simulation(slope(3))
 
 
-def test_a_method_that_is_not_there_is_refused(monkeypatch):
-    monkeypatch.delitem(METHODS, "sliding")
-    with pytest.raises(ValueError, match="'mpm', 'sph', 'depth' or 'implicit'"):
+def test_a_method_that_is_not_there_is_refused():
+    with without(METHODS, "sliding"), pytest.raises(ValueError, match="'mpm', 'sph', 'depth' or 'implicit'"):
         slope()

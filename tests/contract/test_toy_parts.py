@@ -9,25 +9,26 @@ import pytest
 import snowmpm
 from snowmpm.compiler import ti
 from snowmpm.errors import InputError
-from snowmpm.materials import LAWS, Elastic, StateVariable
+from snowmpm.materials import Elastic, StateVariable
 from snowmpm.measured import costs
-from snowmpm.particles.fields import READERS
-from snowmpm.quantities.particle_fields import UNITS
-from snowmpm.running.events import MAKERS, Event
+from snowmpm.particles.fields import ParticleField
+from snowmpm.running import event as running
+from snowmpm.scenes import events, load_scene
 from snowmpm.scenes.schema import Scene
-from snowmpm.scenes.spec import Spec
 from snowmpm.schemes import TRANSFERS, Transfer
+from tests.support.registered import registered
 
 SNOW = {"density": 300.0, "youngs_modulus": 1e5, "poisson_ratio": 0.2}
 elastic_update = Elastic.update
 
 
-def block(fields=("velocity",), **solver):
+def block(fields=("velocity",), material=None, events=(), gravity=9.81, **solver):
     """A block of snow in free fall."""
     return Scene.model_validate({
         "name": "block", "dimension": 2, "end_time": 0.02,
         "solver": {"dx": 0.2, "precision": "f64", **solver}, "output": {"interval": 0.01, "fields": list(fields)},
-        "domain": {"min": [-1.0, -1.0], "max": [2.0, 2.0]}, "materials": {"snow": {"kind": "elastic", **SNOW}},
+        "domain": {"min": [-1.0, -1.0], "max": [2.0, 2.0]}, "gravity": gravity,
+        "materials": {"snow": material or {"kind": "elastic", **SNOW}}, "events": events,
         "bodies": [{"name": "block", "material": "snow",
                     "shape": {"kind": "box", "min": [0.0, 0.4], "max": [0.4, 0.8]}}]})
 
@@ -56,11 +57,22 @@ class Aged(Elastic):
         return {"age": np.asarray(state)[..., 0]}
 
 
-@pytest.mark.filterwarnings("ignore:Pydantic serializer")  # the union does not know it
-def test_a_law_is_stored_reported_and_restored_as_it_declares(monkeypatch, tmp_path):
-    monkeypatch.setitem(LAWS, "aged", Aged)
-    scene = block(["age"]).model_copy(update={"materials": {"snow": Aged(**SNOW)}})
-    run = snowmpm.run(scene, tmp_path)
+def test_a_law_is_stored_reported_and_restored_as_it_declares(tmp_path):
+    with pytest.raises(ValueError, match="'aged'"):
+        block(["age"], material={"kind": "aged", **SNOW})
+    with registered(Aged):
+        aged(tmp_path)
+
+
+def reloaded(scene, folder):
+    (folder / "again.toml").write_text(scene.to_toml())
+    return load_scene(folder / "again.toml")
+
+
+def aged(folder):
+    scene = block(["age"], material={"kind": "aged", **SNOW})
+    assert reloaded(scene, folder).model_dump() == scene.model_dump()  # what is written can be read
+    run = snowmpm.run(scene, folder)
     assert run.units["age"] == "s"
     assert np.allclose(run.frame(-1).fields["age"], 0.02, rtol=1e-12, atol=0.0)
     simulation = snowmpm.Simulation(scene)
@@ -88,17 +100,7 @@ def test_a_transfer_is_a_row(monkeypatch):
 
 # ---- an event -------------------------------------------------------------------------------------------------------
 
-class Kick(Spec):
-    """Gives a body a velocity at once."""
-
-    NEEDS: ClassVar = "loads"
-    kind: Literal["kick"] = "kick"
-    body: str
-    start: float = 0.0
-    gain: tuple[float, ...]
-
-
-class Kicking(Event):
+class Kicking(running.Event):
     def apply(self, simulation):
         if simulation.time >= self._spec.start:
             gain, own = np.array(self._spec.gain), simulation.particles["body"] == self._body
@@ -107,11 +109,29 @@ class Kicking(Event):
             self.done = True
 
 
-def test_an_event_is_a_table_and_a_row(monkeypatch):
-    scene = block().model_copy(update={"gravity": 0.0, "events": (Kick(body="block", start=0.005, gain=(2.0, 0.0)),)})
-    with pytest.raises(KeyError, match="kick"):
-        snowmpm.Simulation(scene)
-    monkeypatch.setitem(MAKERS, "kick", lambda spec, body, dx: Kicking(spec, body))
+class Kick(events.Event):
+    """Gives a body a velocity at once."""
+
+    NEEDS: ClassVar = "loads"
+    ACTS: ClassVar = Kicking
+    kind: Literal["kick"] = "kick"
+    body: str
+    start: float = 0.0
+    gain: tuple[float, ...]
+
+
+def test_an_event_is_a_table_with_what_it_does():
+    with pytest.raises(ValueError, match="'kick'"):
+        kicked()
+    with registered(Kick):
+        moves_at_once(kicked())
+
+
+def kicked():
+    return block(gravity=0.0, events=[{"kind": "kick", "body": "block", "start": 0.005, "gain": [2.0, 0.0]}])
+
+
+def moves_at_once(scene):
     simulation = snowmpm.Simulation(scene)
     while simulation.time < 0.004:
         simulation.step(until=0.004)
@@ -128,18 +148,13 @@ def test_an_event_is_a_table_and_a_row(monkeypatch):
 
 # ---- a field --------------------------------------------------------------------------------------------------------
 
-def test_a_field_is_a_unit_and_a_reader(monkeypatch, tmp_path):
+def test_a_field_is_a_unit_and_a_reader(tmp_path):
     with pytest.raises(ValueError, match="'velocity'"):
         block(["speed"])
-    monkeypatch.setitem(UNITS, "speed", "m/s")
     with pytest.raises(KeyError, match="no particle field 'speed'"):  # no zeros
         _ = snowmpm.Simulation(block()).particles["speed"]
-    monkeypatch.setitem(READERS, "speed", lambda fields: np.linalg.norm(fields["velocity"], axis=1))
-    run = snowmpm.run(block(["speed", "velocity"]), tmp_path)
+    with registered(ParticleField("speed", "m/s", lambda fields: np.linalg.norm(fields["velocity"], axis=1))):
+        run = snowmpm.run(block(["speed", "velocity"]), tmp_path)
     last = run.frame(-1)
     assert run.units["speed"] == "m/s" and last.fields["speed"].min() > 0.1
     assert np.allclose(last.fields["speed"], np.linalg.norm(last.fields["velocity"], axis=1), rtol=1e-6)
-
-
-def test_every_field_with_a_unit_has_a_reader():
-    assert UNITS.keys() == READERS.keys()

@@ -6,9 +6,8 @@ from ground_stress import EXAMPLES, parts, shear
 from pydantic import ValidationError
 from scipy.optimize import brentq
 
-from snowmpm.ground import LAWS, Bingham, Coulomb, FrictionalViscous, MuI, SamosAt, Voellmy
+from snowmpm.ground import Bingham, Coulomb, FrictionalViscous, MuI, SamosAt, Voellmy
 from snowmpm.ground.bingham import bingham_share
-from snowmpm.methods import GROUND_LAWS
 
 RNG = np.random.default_rng(3)
 SIGMA = np.concatenate([[0.0, 0.0, 2e3], 10.0 ** RNG.uniform(-3.0, 5.0, 400)])
@@ -19,10 +18,6 @@ SPEED = np.concatenate([[0.0, 0.0, 0.0], 10.0 ** RNG.uniform(-7.0, 2.0, 400)])
 @pytest.fixture(params=EXAMPLES, ids=str)
 def law(request):
     return EXAMPLES[request.param]
-
-
-def test_names_of_laws_are_those_that_methods_know():
-    assert tuple(LAWS) == GROUND_LAWS
 
 
 @pytest.mark.parametrize("precision", ["f64", "f32"])

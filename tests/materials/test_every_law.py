@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 from snowmpm.compiler import ti
 from snowmpm.materials import LAWS, Elastic, Material
 from snowmpm.materials.elastic import elastic_trial, elastic_update
+from tests.support.registered import registered
 
 CHUNK = 100_000
 UNREACHED = {
@@ -110,10 +111,10 @@ def failures(law):
 
 
 def test_a_law_that_is_registered_gets_the_suite(monkeypatch):
-    monkeypatch.setitem(LAWS, "toy", Toy)
-    assert without_example() == {"toy"}  # and the suite says so
-    monkeypatch.setitem(EXAMPLES, "toy", Toy(**NUMBERS))
-    assert not without_example() and not failures(EXAMPLES["toy"])
+    with registered(Toy):
+        assert without_example() == {"toy"}  # and the suite says so
+        monkeypatch.setitem(EXAMPLES, "toy", Toy(**NUMBERS))
+        assert not without_example() and not failures(EXAMPLES["toy"])
 
 
 @pytest.mark.parametrize(("law", "found"), [

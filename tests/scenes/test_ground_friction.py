@@ -20,6 +20,7 @@ from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import FOLDER, law_for_volume
 from snowmpm.setup.build import build
 from snowmpm.setup.refusals import refuse_beyond
+from tests.support.registered import registered
 
 SCENE = """
 name = "sheet"
@@ -120,21 +121,20 @@ def test_the_numbers_of_a_card_as_they_are_keep_its_name(written):
     assert (law.card, law.began_with) == ("samos_at_medium", None)
 
 
-def handed_over(scene, capabilities, monkeypatch):
+def handed_over(scene, capabilities):
     """The friction that the builder of a method with these capabilities gets."""
     got = {}
-    with monkeypatch.context() as patch:
-        patch.setitem(METHODS, "mpm", MethodEntry("mpm", lambda *_, **common: got.update(common), capabilities))
+    with registered(MethodEntry("mpm", lambda *_, **common: got.update(common), capabilities)):
         model = build(scene)
         model.solver()
     return got["terrain_friction"]
 
 
-def test_coulomb_is_a_number_to_methods_that_know_no_other_law(written, tmp_path, monkeypatch):
+def test_coulomb_is_a_number_to_methods_that_know_no_other_law(written, tmp_path):
     for lines in ("friction = 0.4", 'friction = { law = "coulomb", mu = 0.4 }'):
-        assert handed_over(load_scene(written(lines)), METHODS["mpm"].capabilities, monkeypatch) == 0.4
+        assert handed_over(load_scene(written(lines)), METHODS["mpm"].capabilities) == 0.4
     law = handed_over(load_scene(written('friction = { card = "voellmy_avaframe" }')),
-                      Capabilities(ground_friction=("coulomb", "voellmy")), monkeypatch)
+                      Capabilities(ground_friction=("coulomb", "voellmy")))
     assert law.law == friction_card("voellmy_avaframe").friction and law.base_dir == tmp_path
 
 
@@ -198,13 +198,13 @@ def test_methods_refuse_what_they_cannot(written, tmp_path, method, friction, ke
     assert "\n" not in str(caught.value)
 
 
-def test_methods_that_can_are_named(written, monkeypatch):
+def test_methods_that_can_are_named(written):
     able = Capabilities(ground_friction=("coulomb", "voellmy"))
-    monkeypatch.setitem(METHODS, "sheets", MethodEntry("sheets", lambda *_: None, able))
     path = written('friction = { card = "voellmy_avaframe" }')
-    with pytest.raises(InputError, match=r'needs solver.method = .*"sheets" in place of "sph"'):
-        refuse_beyond(load_scene(path, {"solver.method": "sph"}))
-    refuse_beyond(load_scene(path, {"solver.method": "sheets"}))
+    with registered(MethodEntry("sheets", lambda *_: None, able)):
+        with pytest.raises(InputError, match=r'needs solver.method = .*"sheets" in place of "sph"'):
+            refuse_beyond(load_scene(path, {"solver.method": "sph"}))
+        refuse_beyond(load_scene(path, {"solver.method": "sheets"}))
 
 
 # ---- cards ----------------------------------------------------------------------------------------------------------

@@ -56,6 +56,12 @@ def test_overrides(scene_file):
     assert scene.solver.precision == "f64"
 
 
+def test_overrides_stay_as_they_were_given(scene_file):
+    given = {"domain": {"min": [-9.0, -9.0], "max": [9.0, 9.0]}, "domain.min": [-8.0, -8.0]}
+    load_scene(scene_file, given)
+    assert given["domain"]["min"] == [-9.0, -9.0]
+
+
 def test_an_override_makes_the_table_it_needs(scene_file):
     text = scene_file.read_text()
     scene_file.write_text(text[: text.index("[initial]")])

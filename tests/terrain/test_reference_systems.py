@@ -13,8 +13,8 @@ import pytest
 from pydantic import TypeAdapter
 
 from snowmpm.errors import InputError
-from snowmpm.forcing.fields import make_field
-from snowmpm.scenes.forces import Force
+from snowmpm.forcing.fields import Acceleration
+from snowmpm.scenes.forces import AnyForce
 from snowmpm.scenes.formula import compiled
 from snowmpm.seeding.regions import read_regions
 from snowmpm.terrain import load_terrain
@@ -379,8 +379,8 @@ def test_mass_of_a_release_does_not_depend_on_the_units_of_its_files(tmp_path):
 @pytest.mark.parametrize("epsg", [31287, 32632])
 def test_regions_of_forces_are_carried_into_the_terrain_s_system(tmp_path, epsg):
     path = write_shp(tmp_path / "wind.shp", carried(RING, epsg), epsg)
-    spec = TypeAdapter(Force).validate_python({"kind": "acceleration", "value": [1.0, 0.0, 0.0],
+    spec = TypeAdapter(AnyForce).validate_python({"kind": "acceleration", "value": [1.0, 0.0, 0.0],
                                                "region": {"file": str(path)}})
-    field = make_field(spec, 3, ".", "forces.0", lambda text: compiled(text, 3), None, TERRAIN)
+    field = Acceleration(spec, 3, ".", "forces.0", lambda text: compiled(text, 3), None, TERRAIN)
     x = np.array([[WEST + 100.0, SOUTH + 100.0, 0.0], [WEST + 10.0, SOUTH + 100.0, 0.0]])
     np.testing.assert_array_equal(field.acceleration(x, 0.0 * x, 0.0)[:, 0], [1.0, 0.0])
