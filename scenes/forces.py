@@ -9,7 +9,7 @@ from snowmpm.scenes.formula import Formula
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import NUMBER, TEXT, FileName, Vector, by_type, dimension
-from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, check_period, refuse
+from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, check_period, refuse
 
 Value = Annotated[Annotated[Number, NUMBER] | Annotated[Formula, TEXT], by_type(NUMBER, TEXT)]
 
@@ -27,11 +27,11 @@ class _Timed(Spec):
 
 
 class Force(_Timed):
-    """Base of all tables of forces. A table adds its `kind` and, unless it acts on faces, ACTS."""
+    """Base of all tables of forces. A table adds its `kind` and, unless a component acts for it, ACTS."""
 
     REGISTRIES: ClassVar = (FORCES,)
     NEEDS: ClassVar = "forces"
-    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    """what a method must be capable of (`snowmpm.methods.Capabilities`), "" of the force of a component"""
     ACTS: ClassVar[Any] = None
     """what it does in a run: "module:name" of a callable, or the callable itself, that is given the table, the
     dimension, the folder of relative files, the table's key, a function text -> formula, the numbers of the particles
@@ -47,7 +47,7 @@ class Force(_Timed):
         return self.kind
 
 
-class _Valued(Force):
+class Valued(Force):
     """A force that a number, a formula or a table gives."""
 
     UNIT: ClassVar = "Pa"
@@ -85,7 +85,7 @@ class Space(Spec):
 
 
 @FORCES.add
-class Acceleration(_Valued):
+class Acceleration(Valued):
     """A force in proportion to mass: wind drag, shaking, the pull of a magnet."""
 
     ACTS: ClassVar = "snowmpm.forcing.fields:Acceleration"
@@ -109,7 +109,7 @@ class Acceleration(_Valued):
 
 
 @FORCES.add
-class Pressure(_Valued):
+class Pressure(Valued):
     """The pressure of a fluid around the snow or in its pores."""
 
     ACTS: ClassVar = "snowmpm.forcing.fields:Pressure"
@@ -126,81 +126,6 @@ class Pressure(_Valued):
     def places(self):
         return ["around the snow" if self.acts_on == "surface" else "in its pores"]
 
-
-class Part(Spec):
-    """A block along the axes of the scene, flat where a surface is."""
-
-    min: Vector
-    """lower corner [m]"""
-    max: Vector
-    """upper corner [m]; may be as low as min along an axis"""
-
-    @model_validator(mode="after")
-    def _corners(self):
-        if any(low > high for low, high in zip(self.min, self.max, strict=False)):
-            raise refuse(f"must not be below min = {list(self.min)} along any axis", "max", self.max)
-        return self
-
-
-class _OnFace(_Valued):
-    """What acts on the surface that a body has at time zero, or on a part of it."""
-
-    NEEDS: ClassVar = "faces"
-    name: Name
-    """of its columns in the history"""
-    body: str
-    """name of the body, whose shape is a box, sphere, cylinder, mesh or polygon"""
-    within: Part | None = None
-    """the part of its surface: that in a block; all of it that does not lie on a side of the domain when missing"""
-
-    def places(self):
-        return [f"on the surface of {self.body}", *(["in within"] if self.within else [])]
-
-
-@FORCES.add
-class Traction(_OnFace):
-    """A force of fixed direction on a body's own surface."""
-
-    kind: Literal["traction"]
-    value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
-    """[Pa] over the area at time zero: a number or a formula of x, y, z and t, one an axis"""
-    file: FileName | None = None
-    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
-    tx, ty, tz"""
-
-
-@FORCES.add
-class FollowerPressure(_OnFace):
-    """A pressure on a body's own surface, which stays normal to it as it moves and stretches."""
-
-    kind: Literal["follower_pressure"]
-    value: Value | None = None
-    """[Pa] over the area now, compression positive: a number or a formula of x, y, z and t"""
-    file: FileName | None = None
-    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
-    pressure"""
-
-
-@FORCES.add
-class Displacement(_OnFace):
-    """A surface of prescribed motion, wherever it cuts the grid, to which a body's own surface is tied by a penalty."""
-
-    UNIT: ClassVar = "m"
-    kind: Literal["displacement"]
-    value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
-    """[m] from the place at time zero: a number or a formula of x, y, z (that place) and t, one an axis"""
-    file: FileName | None = None
-    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
-    ux, uy, uz"""
-    contact: Literal["stick", "slip", "separate"] = "stick"
-    """stick: in all directions; slip: along the normal at time zero; separate: the same, but snow is never pulled"""
-    penalty: Annotated[Positive, Field(le=1e8)] | None = None
-    """stiffness of the tie over that of a cell of the material [-]: the surface gives way as a layer of dx / penalty
-    would. When missing 10, which shortens explicit steps to about 0.4, and 1000 with steps that are solved for"""
-
-
-FACES = (Traction, FollowerPressure, Displacement)
-"""Forces on a part of a body's surface."""
 
 AnyForce = Annotated[Force, FORCES.member()]
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr, model_validator
 from pydantic.functional_validators import ModelWrapValidatorHandler  # from 2.10 on also in pydantic itself
 
+from snowmpm import components
 from snowmpm.errors import did_you_mean
 from snowmpm.glance import Glance
 from snowmpm.materials import Material
@@ -28,6 +29,8 @@ from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 from snowmpm.scenes.water import Water
 from snowmpm.scenes.zone import Zone, with_zone
+
+components.declared()  # their tables are part of a scene
 
 
 class Initial(Spec):
@@ -266,7 +269,7 @@ def _check_references(scene):
         if event.NEEDS == "water" and scene.water is None:
             raise refuse("needs water: a table [water]", f"events.{i}.kind", event.kind)
     bodies = [body.name for body in scene.bodies]
-    _check_names_of_faces(scene)
+    _check_names_of_forces(scene)
     for table in ("events", "forces"):
         for i, item in enumerate(getattr(scene, table)):
             body = getattr(item, "body", None)
@@ -275,7 +278,7 @@ def _check_references(scene):
                 raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"{table}.{i}.body", body)
 
 
-def _check_names_of_faces(scene):
+def _check_names_of_forces(scene):
     """Check that forces with columns in the history have names of their own."""
     seen = set()
     for i, force in enumerate(scene.forces):

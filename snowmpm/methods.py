@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import ClassVar
 
-from snowmpm.registry import GROUND_LAWS, Registry
+from snowmpm.registry import COMPONENTS, GROUND_LAWS, Registry
 from snowmpm.registry import METHODS as METHODS
 
 
@@ -63,8 +63,6 @@ class Capabilities:
     """events that take particles out"""
     forces: bool = True
     """accelerations and pressures in space and time (`snowmpm.forcing`)"""
-    faces: bool = False
-    """tractions, pressures and displacements of a part of a body's surface (`snowmpm.forcing.faces`)"""
     forcing: bool = True
     """damping and gravity that changes"""
     sleeping: bool = False
@@ -153,7 +151,7 @@ for entry in (
         receives=True, sleeping=True, averaged_hats=True, f_bar=True, averaging=True, water=True, two_velocities=True,
         interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
-        strong_coupling=True, faces=True,
+        strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
@@ -167,14 +165,18 @@ for entry in (
         plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True, faces=True),
+        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True),
         words="implicit MPM"),
 ):
     METHODS.add(entry)
 
 
 def who_can(capability, wanted=True):
-    """Names of the methods with a capability; of dimensions and precisions, those that have `wanted` among them."""
+    """Names of the methods with a capability, or an adapter for the component of this name; of dimensions and
+    precisions, those that have `wanted` among them."""
+    if capability in COMPONENTS:
+        return [name for name in METHODS if COMPONENTS[capability].supports(name)]
+
     def has(value):
         return wanted in value if isinstance(value, Collection) else bool(value)
 

@@ -6,6 +6,7 @@ and campaigns keep it. A function that is called from Python with the name of a 
 """
 
 import contextlib
+import errno
 import hashlib
 import os
 import stat
@@ -227,8 +228,11 @@ def _append(path: Path, digest: str) -> None:
     flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINK | getattr(os, "O_NONBLOCK", 0)
     descriptor = os.open(path.parent / LIST, flags, 0o666)
     try:
-        os.write(descriptor, line)
+        written = os.write(descriptor, line)
         size = os.fstat(descriptor).st_size
+        if written < len(line):  # a full disk takes the beginning: the next line would be a part of this one
+            os.ftruncate(descriptor, size - written)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     finally:
         os.close(descriptor)
     if size > MOST:

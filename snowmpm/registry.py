@@ -97,6 +97,7 @@ FORCES = Registry("force", "snowmpm.scenes.forces")
 SHAPES = Registry("shape of a body", "snowmpm.scenes.shapes")
 OBSTACLES = Registry("shape of an obstacle", "snowmpm.scenes.shapes")
 FIELDS = Registry("field of particles", "snowmpm.particles.fields", "name")
+COMPONENTS = Registry("component", "snowmpm.components", "name")
 METHODS = Registry("method", "snowmpm.methods", "name")
 COMMANDS = Registry("command", "snowmpm.cli.app", "name")
 
@@ -113,7 +114,7 @@ def register(entry: T, by: str) -> T:
     global generation
     registries = getattr(entry, "REGISTRIES", ())
     if not registries:
-        raise InputError(f"{entry!r}: no law, event, force, shape, field, method or command, so it cannot be"
+        raise InputError(f"{entry!r}: no law, event, force, shape, field, component, method or command, so it cannot be"
                          " registered")
     for registry in registries:
         registry._loaded()

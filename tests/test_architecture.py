@@ -32,13 +32,16 @@ MAY_IMPORT = {
     "registry": {"errors"},
     "plugins": {"errors", "registry"},
     "methods": {"registry"},
+    # Declarations and what builds a component from a scene; its adapters take a method's kernels
+    "components": {*GROUND, *SHARED, "scenes", "materials", "forcing", "solids", "mpm", "sph", "depth", "implicit",
+                   "running", "advice", "study"},
     "materials": {"compiler", "registry"},
     "memory": {"errors"},
     "overwriting": {"errors"},
     "draft": {"overwriting"},
     "reading": {"memory", "errors", "overwriting"},
     "ground": {*GROUND, "compiler", "materials", "terrain"},
-    "scenes": {*GROUND, "materials", "ground", "water"},
+    "scenes": {*GROUND, "components", "materials", "ground", "water"},
     "io": GROUND,
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
@@ -63,11 +66,11 @@ MAY_IMPORT = {
     "implicit": {*GROUND, *SHARED, "mpm", "materials", "water"},
     "mixture": {*GROUND, *SHARED, "mpm", "materials", "water"},  # on the nodes of MPM
     "seepage": {*GROUND, *SHARED, "materials", "water"},
-    "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
+    "setup": {*GROUND, "components", *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
-    "study": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "depth", "setup", "running", "io", "measured", "render"},
-    "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
+    "study": {*GROUND, "components", *SHARED, *SCENE, "mpm", "sph", "depth", "setup", "running", "io", "measured", "render"},
+    "advice": {*GROUND, "components", "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
                "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
@@ -157,6 +160,15 @@ def test_layers(module):
             assert name == "snowmpm" or other == own or other in allowed, f"{module} ({own}) imports {name}"
         assert top not in FORBIDDEN.get(own, ()), f"{module} ({own}) imports {name}"
         assert top not in ("materials", "scenes", "render"), f"{module} imports {name}: the name is snowmpm.{name}"
+
+
+@pytest.mark.parametrize("module", sorted(modules()))
+def test_components_are_imported_by_name_only(module):
+    """Nothing but a component itself imports one: `snowmpm.components` finds them."""
+    own = module.removeprefix("snowmpm.components.").split(".")[0] if module.startswith("snowmpm.components.") else ""
+    for name in imported(module):
+        part = name.removeprefix("snowmpm.components.").split(".")[0] if name.startswith("snowmpm.components.") else ""
+        assert part in ("", "contract", own), f"{module} imports {name}"
 
 
 def test_what_is_imported_is_declared():

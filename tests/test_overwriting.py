@@ -171,3 +171,19 @@ def test_a_scene_is_not_replaced_by_its_own_run(tmp_path):
     with pytest.raises(InputError, match=r"scene\.toml: is read by this command"):
         snowmpm.run(load_scene(path, {"end_time": 0.002}), tmp_path)
     assert path.read_text().startswith("# my comments") and [one.name for one in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_a_list_that_the_disk_takes_half_of_is_as_before(tmp_path, monkeypatch):
+    write = overwriting.os.write
+    for name in ("a.txt", "b.txt"):
+        (tmp_path / name).write_text(name)
+    with overwriting.keeping():
+        overwriting.note(tmp_path / "a.txt")
+        before = (tmp_path / overwriting.LIST).read_bytes()
+        monkeypatch.setattr(overwriting.os, "write", lambda file, line: write(file, line[:10]))
+        with pytest.raises(OSError, match="No space left"):
+            overwriting.note(tmp_path / "b.txt")
+        monkeypatch.undo()
+        assert (tmp_path / overwriting.LIST).read_bytes() == before
+        overwriting.note(tmp_path / "b.txt")
+        assert overwriting.is_own(tmp_path / "a.txt") and overwriting.is_own(tmp_path / "b.txt")

@@ -7,6 +7,7 @@ import numpy as np
 from snowmpm.advice.calibration import Speed
 from snowmpm.measured import costs
 from snowmpm.methods import METHODS
+from snowmpm.registry import COMPONENTS
 from snowmpm.running.description import expected_run_file, written_fields
 from snowmpm.stepping.calm import calm
 
@@ -52,7 +53,7 @@ class Budget:
                                  work.moving, len(facts.model.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test), work.free, work.segments,
                                  work.elements, work.substeps, work.unknowns, work.strong, work.points,
-                                 work.face_points, bool(scene.saw_test))
+                                 work.components, bool(scene.saw_test))
         self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
@@ -144,8 +145,9 @@ class Budget:
         if crowd.points:
             shorter = f", steps {self._shortened:.2f} times as long as without" if self._shortened < 0.995 else ""
             rows.append(("interface", f"{crowd.points} points{shorter}", stages["interface"]))
-        if crowd.face_points:
-            rows.append(("loads on surfaces", f"{crowd.face_points} points", stages["faces"]))
+        for name, work in crowd.components.items():
+            counts = ", ".join(f"{n} {what}s" for what, n in work.items() if what != "step")
+            rows.append((COMPONENTS[name].words, counts, stages[name]))
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))

@@ -2,13 +2,14 @@
 
     R(u) = sum_p V P g + c M u - H - sum_p m b w,    T^T R = 0,    M = sum_p m w w
 
-b: acceleration of weight and loads; c M u - H the inertia by Newmark's rule (`newmark`), nothing at rest; what acts on
-the surfaces of bodies (`face_loads`) comes to it. A pressure around the snow, less that in its pores, is a pull s
+b: acceleration of weight and loads; c M u - H the inertia by Newmark's rule (`newmark`), nothing at rest; the `Term`s
+of components come to it. A pressure around the snow, less that in its pores, is a pull s
 beside the stress of the laws,
 
     P = (tau + s J I) f^-T,    dP_ij / dA_kl = ... + s J (f^-T_ij f^-T_kl - f^-T_il f^-T_kj)
 """
 
+import abc
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,29 @@ from snowmpm.implicit.stiffness import Stiffness
 
 ROUND_OFF = 4e-15
 """Of sums over particles, relative."""
+
+
+class Term(abc.ABC):
+    """External forces of a component that depend on the displacements of a step. force (dim,) [N]: in the last step."""
+
+    force: np.ndarray
+
+    @abc.abstractmethod
+    def meet(self, mesh):
+        """Take a `Mesh` of the particles as they are now."""
+
+    @abc.abstractmethod
+    def at(self, u):
+        """Forces on the nodes (N, dim) [N] at displacements u (N, dim) [m]."""
+
+    @abc.abstractmethod
+    def matrix(self, u):
+        """-d at(u) / du, (dim N, dim N)."""
+
+    @abc.abstractmethod
+    def carry(self, u, early, late):
+        """The step went by u (N, dim) [m]: count what the forces did, those before it for the time `early` [s], those
+        at its end for `late` [s]; -> impulse (dim,) [N s]."""
 
 
 @dataclass
@@ -55,9 +79,9 @@ class Balance:
         self.external = mesh.W.T @ (self.mass[:, None] * body)
         self._history = np.zeros_like(self.external) if history is None else history
         self._stiffness = None
-        self._faces = matter.faces
-        if self._faces is not None:
-            self._faces.meet(mesh)
+        self._terms = matter.terms
+        for term in self._terms:
+            term.meet(mesh)
 
     def internal(self, P):
         """sum_p V P g, (N, dim)."""
@@ -71,7 +95,9 @@ class Balance:
         if self._inertia:
             inertia = self._inertia * (self.mesh.W.T @ (self.mass[:, None] * (self.mesh.W @ u)))
         net = inertia - self._history
-        external = self.external if self._faces is None else self.external + self._faces.at(u)
+        external = self.external
+        for term in self._terms:
+            external = external + term.at(u)
         full = self.internal(P) + net - external
         pulls = np.linalg.norm(self.volume * np.linalg.norm(P, axis=(1, 2))) / self._dx
         free = self.held.reduced(full)
@@ -109,16 +135,16 @@ class Balance:
             self._stiffness = Stiffness(self.mesh)
         if self._dilation is None:
             C = self.volume[:, None, None, None, None] * trial.after.C
-            return self._with_faces(self._stiffness.matrix(C, self._inertia * self.mass), trial)
+            return self._with_terms(self._stiffness.matrix(C, self._inertia * self.mass), trial)
         C, shared = self._dilation.matrix(self.mesh.gradient_of(trial.u), trial.after)
         plain = self._stiffness.matrix(C, self._inertia * self.mass)
-        return self._with_faces(sparse.bsr_array(plain + shared.tobsr(blocksize=plain.blocksize)), trial)
+        return self._with_terms(sparse.bsr_array(plain + shared.tobsr(blocksize=plain.blocksize)), trial)
 
-    def _with_faces(self, K, trial):
-        """K with what forces on surfaces add to it."""
-        if self._faces is None:
-            return K
-        return sparse.bsr_array(K + self._faces.matrix(trial.u).tobsr(blocksize=K.blocksize))
+    def _with_terms(self, K, trial):
+        """K with what the terms of components add to it."""
+        for term in self._terms:
+            K = sparse.bsr_array(K + term.matrix(trial.u).tobsr(blocksize=K.blocksize))
+        return K
 
 
 def turned(A, growth):

@@ -130,8 +130,8 @@ class March:
                     raise SimulationError(self._why(error, "the loads")) from error
                 continue
             self._book(passed, matter, solved)
-            if matter.faces is not None:
-                passed.loaded += matter.faces.carry(solved.trial.u, 0.0, dt if share == 1.0 else 0.0)
+            for term in matter.terms:
+                passed.loaded += term.carry(solved.trial.u, 0.0, dt if share == 1.0 else 0.0)
             matter.cells += touch.mesh.W @ solved.trial.u / self.grid.dx
             matter.velocity[:] = 0.0
             matter.affine[:] = 0.0
@@ -215,7 +215,7 @@ class March:
         acceleration (n, dim): of stress and surfaces at the start, becomes that of the end; body (n, dim): b; starts:
         nobody knows that acceleration; pressing: force and moment on obstacles at the start. Raises SimulationError.
         """
-        loads = 0.0 if matter.faces is None else matter.faces.force
+        loads = sum(term.force for term in matter.terms)
         passed = Passed(np.zeros(matter.cells.shape[1]), matter.mass @ acceleration - loads, pressing=pressing)
         done, part = 0.0, 1.0
         while done < 1.0:
@@ -268,8 +268,8 @@ class March:
                                 + rule.gamma * force)
         passed.impulse += kept * lost_momentum[taken].sum(axis=0)
         passed.force = force
-        if matter.faces is not None:
-            passed.loaded += matter.faces.carry(u, (1.0 - rule.gamma) * dt, rule.gamma * dt)
+        for term in matter.terms:
+            passed.loaded += term.carry(u, (1.0 - rule.gamma) * dt, rule.gamma * dt)
         if touch.changes:
             passed.count(touch)
             passed.rubbed += touch.taken(solved.trial)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from snowmpm.errors import InputError, SimulationError
-from snowmpm.implicit.face_loads import FaceLoads
 from snowmpm.implicit.march import Grid, March, Rules
 from snowmpm.implicit.matter import Matter
 from snowmpm.implicit.soaked_march import SoakedMarch
@@ -93,8 +92,7 @@ class ImplicitSolver(Solver):
             gain = None if before is None else matter.velocity - before
             if self.forcing:
                 matter.around = self.forcing.taken_over()
-            if self.faces:
-                matter.faces = FaceLoads(self.faces, matter, self.time + dt)
+            matter.terms = [make(matter, self.time + dt) for make in self.adapters.terms]
             ratio = matter.ratio
             if not np.isfinite(matter.velocity).all():
                 self._fail(int(np.flatnonzero(~np.isfinite(matter.velocity).all(axis=1))[0]))
@@ -241,7 +239,7 @@ class ImplicitSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(self.particles.n_blocks, face_points=self.faces.count if self.faces else 0)
+        return Workload(self.particles.n_blocks, components=self.components_work)
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

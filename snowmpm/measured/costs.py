@@ -7,7 +7,7 @@ Processor time of one thread of the machine that the table was measured on; `adv
 
 import csv
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from snowmpm.errors import InputError
@@ -141,8 +141,8 @@ class Crowd:
     rest in each step; segments and elements of structures that answer within the step"""
     points: float = 0
     """of interfaces, which are particles too"""
-    face_points: float = 0
-    """of loads on surfaces"""
+    components: dict = field(default_factory=dict)
+    """of each component, what a step has to do for it (`stepping.component.Adapter.work`)"""
     followed: bool = False
     """whether a saw test follows them in each step"""
 
@@ -155,12 +155,16 @@ class Crowd:
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
                      self.obstacles, self.rests, self.free, self.segments, self.elements, self.substeps, self.unknowns,
-                     self.strong, particles * self.points, particles * self.face_points, self.followed)
+                     self.strong, particles * self.points, self._components_of(particles), self.followed)
+
+    def _components_of(self, particles):
+        return {name: {what: n if what == "step" else particles * n for what, n in work.items()}
+                for name, work in self.components.items()}
 
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, free bodies and structures, interfaces, loads on surfaces, calls of kernels. Nothing moves far
+    water in the pores, free bodies and structures, interfaces, components, calls of kernels. Nothing moves far
     enough to be sorted while an initial state settles, and no saw test has begun."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
@@ -169,7 +173,8 @@ def stages(scheme, crowd, settling=False):
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
              "water": pore_water(scheme, crowd.n), "movers": movers(scheme, crowd),
              "interface": interface(scheme, crowd, crowd.followed and not settling),
-             "faces": faces(scheme, crowd), "calls": 1e9 * call(scheme)}
+             **{name: component(scheme, name, work) for name, work in crowd.components.items()},
+             "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
         flip = "flip" if TRANSFERS[scheme.transfer].flip else "apic"
@@ -215,12 +220,9 @@ def interface(scheme, crowd, followed):
     return found + followed * sum(counts[name] * _of(scheme, "record", name) for name in ("point", "step"))
 
 
-def faces(scheme, crowd):
-    """ns that points of loads on surfaces add to a step."""
-    if not crowd.face_points:
-        return 0.0
-    return sum(n * _of(scheme, f"{scheme.method} face", name)
-               for name, n in (("point", crowd.face_points), ("step", 1.0)))
+def component(scheme, name, work):
+    """ns that a component adds to a step: work, {row: how often}."""
+    return sum(n * _of(scheme, f"{scheme.method} {name}", what) for what, n in work.items())
 
 
 def _of(scheme, what, name):

@@ -1,19 +1,18 @@
 """What only some scenes have in a step of `MpmSolver`, beside scatter, grid and gather.
 
-Layers thinner than a cell (`interface_layer`), loads on surfaces of bodies (`face_loads`), changes of volume that the
-particles of a cell share (`dilation`), strains that are averaged over a length (`particles.averaging`).
+Layers thinner than a cell (`interface_layer`), changes of volume that the particles of a cell share (`dilation`),
+strains that are averaged over a length (`particles.averaging`).
 """
 
 from snowmpm.compiler import runtime
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.dilation import CellDilation
-from snowmpm.mpm.face_loads import FaceLoads
 from snowmpm.mpm.interface_layer import InterfaceLayer
 from snowmpm.particles.averaging import FadingAverage
 
 
 class Companions:
-    """Those of a solver, each None where the scene has none: interface, faces, dilation, averaging."""
+    """Those of a solver, each None where the scene has none: interface, dilation, averaging."""
 
     def __init__(self, solver, population, laws, f_bar, serial):
         """solver: `MpmSolver` with its particles and grid; serial: see `compiler.parallel.runs_serially`.
@@ -21,7 +20,7 @@ class Companions:
         Raises InputError where a companion does not go with the solver's choices.
         """
         self._solver, store = solver, solver.particles
-        self.dilation = self.interface = self.faces = None
+        self.dilation = self.interface = None
         if f_bar:
             scheme = solver.basis, solver.gradient_form, solver.flip
             self.dilation = CellDilation(store.layout, solver.precision, *scheme, laws)
@@ -30,19 +29,10 @@ class Companions:
             self.interface = InterfaceLayer(solver, population, laws, serial)
             solver.grid.hiding = hiding_kernels(runtime.DTYPES[solver.precision][0], serial)
 
-    def load(self, faces):
-        """Let `forcing.faces.Faces` act from now on."""
-        self.faces = FaceLoads(self._solver, faces)
-
     def before_scatter(self, pushed):
         """Of a step whose forces act for `pushed` [s]."""
         if self.interface:
             self._solver.add_impulse(self._solver.damping_factor * self.interface.impulse(pushed))
-
-    def after_scatter(self, dt, pushed):
-        """The nodes have what the particles gave them."""
-        if self.faces:
-            self._solver.add_impulse(self.faces.act(dt, pushed))
 
     def before_gather(self, dt):
         """The nodes have their new velocities."""
@@ -55,14 +45,10 @@ class Companions:
         """The particles have moved."""
         if self.averaging:
             self.averaging.spread()
-        if self.faces:
-            self.faces.follow(dt)
 
     def shorten(self, dt, critical, elastic):
         """dt [s] where companions swing; critical, elastic: the cfl at which waves grow, and that of dt."""
-        for one in (self.interface, self.faces):
-            dt = one.shorten(dt, critical, elastic) if one else dt
-        return dt
+        return self.interface.shorten(dt, critical, elastic) if self.interface else dt
 
     @property
     def bytes(self):

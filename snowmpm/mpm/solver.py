@@ -124,8 +124,11 @@ class MpmSolver(Solver):
                 self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
             else:
                 self.companions.before_scatter(pushed)
+                for act in self.adapters.before_scatter:
+                    act(pushed)
                 self.particles_to_grid(pushed)
-                self.companions.after_scatter(dt, pushed)
+                for act in self.adapters.after_scatter:
+                    act(dt, pushed)
                 self.update_grid(dt, pushed)
                 self.grid_to_particles(dt)
             if self.sleep and self.damping_factor == 1.0:
@@ -210,11 +213,15 @@ class MpmSolver(Solver):
         report = self._report
         report.fill(0.0)
         self.companions.before_gather(dt)
+        for act in self.adapters.before_gather:
+            act(dt)
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
                grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
         self.companions.after_gather(dt)
+        for act in self.adapters.after_gather:
+            act(dt)
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
             report[stiff] = np.maximum(report[stiff], self.sleep.floors)
@@ -297,12 +304,10 @@ class MpmSolver(Solver):
 
     def _step_at(self, elastic, advective):
         dt, cause = super()._step_at(elastic, advective)
-        return self.companions.shorten(dt, self.critical_cfl, elastic), cause
-
-    def load_faces(self, faces):
-        """`Solver.load_faces`."""
-        super().load_faces(faces)
-        self.companions.load(faces)
+        dt = self.companions.shorten(dt, self.critical_cfl, elastic)
+        for shorter in self.adapters.limit_dt:
+            dt = shorter(dt, self.critical_cfl, elastic)
+        return dt, cause
 
     # ---- set-up -----------------------------------------------------------------------------------------------
 
@@ -363,10 +368,9 @@ class MpmSolver(Solver):
         if self.companions.interface:
             alone = super()._step_at(self.cfl, self.advective_cfl or self.cfl)[0]
             joined = {"points": self.companions.interface.points, "shortened": self.expected_dt()[0] / alone}
-        if self.faces:
-            joined["face_points"] = self.faces.count
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
-                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial, **self.moved, **joined)
+                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial,
+                        components=self.components_work, **self.moved, **joined)
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

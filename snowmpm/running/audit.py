@@ -172,7 +172,7 @@ class Audit:
                **self._angular_momentum(fields, mass, x, v), **energies}
         row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
         forcing = solver.forcing
-        row["force_work"] = (forcing.force_work if forcing else 0.0) + (solver.faces.work if solver.faces else 0.0)
+        row["force_work"] = (forcing.force_work if forcing else 0.0) + sum(one.force_work() for one in solver.adapters)
         row["damping_work"] = forcing.damping_work if forcing else 0.0
         # Position of zero potential energy
         lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
@@ -185,8 +185,8 @@ class Audit:
             row["removed_water"] = removed["water"]
         for mover in solver.movers.values():
             row.update(mover.row(solver.gravity))
-        if solver.faces:
-            row.update(solver.faces.row())
+        for adapter in solver.adapters:
+            row.update(adapter.row())
         given = row["force_work"] + row.get("water_work", 0.0)
         row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
@@ -251,7 +251,7 @@ class Audit:
         round-off."""
         left = self._solver.particles.removed["momentum"]
         # What acts on a body at rest cancels with what holds it: each counts for its own size
-        given = [face.given.impulse for face in self._solver.faces.faces] if self._solver.faces else []
+        given = [impulse for adapter in self._solver.adapters for impulse in adapter.impulses()]
         others = totals.impulse + totals.held_impulse - sum(given)
         parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -others, *(-one for one in given)]
         size = max(sum(np.linalg.norm(part) for part in parts), least)

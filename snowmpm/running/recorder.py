@@ -168,8 +168,8 @@ class Recorder:
         units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
         for mover in simulation.solver.movers.values():
             units.update(mover.units())
-        if simulation.solver.faces:
-            units.update(simulation.solver.faces.units())
+        for adapter in simulation.solver.adapters:
+            units.update(adapter.units())
         units.update(simulation.reactions.units())
         time, row = simulation.time, {**self.last, **counts}
         names = written_fields(simulation.scene)

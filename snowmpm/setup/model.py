@@ -5,6 +5,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.errors import InputError
 from snowmpm.forcing import Forcing
 from snowmpm.forcing.course import Course
@@ -26,7 +27,6 @@ from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.interface_points import thickness_of
-from snowmpm.setup.loaded_faces import loaded_faces
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
 from snowmpm.setup.two_velocities import has_own_water, two_velocities
@@ -185,7 +185,7 @@ class Model:
         names, ends = [body.name for body in scene.bodies], [*self.body_starts, len(self.population.volumes)]
         fields = []
         for i, spec in enumerate(scene.forces):
-            if (acts := resolved(type(spec).ACTS)) is None:  # of faces
+            if (acts := resolved(type(spec).ACTS)) is None:  # of a component
                 continue
             body = names.index(spec.body) if getattr(spec, "body", None) is not None else None
             numbers = None if body is None else (ends[body], ends[body + 1])
@@ -213,8 +213,7 @@ class Model:
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
-        if faces := loaded_faces(self):
-            solver.load_faces(faces)
+        components.act(self, solver)
         if any(obstacle.free for obstacle in self.obstacles):
             solver.move("rigid", rigid_world(self))
         if self.scene.structures:

@@ -2,10 +2,10 @@
 
 from collections.abc import Collection
 
+from snowmpm import components
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
-from snowmpm.registry import OBSTACLES
-from snowmpm.scenes.forces import FACES
+from snowmpm.registry import COMPONENTS
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
@@ -81,7 +81,11 @@ def demands(scene, later=False):
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
     for i, force in enumerate(scene.forces):
-        yield force.NEEDS, True, f"forces.{i}.kind", force.kind
+        if force.NEEDS:
+            yield force.NEEDS, True, f"forces.{i}.kind", force.kind
+    for component in components.used(scene):
+        for key, value in component.asked(scene):
+            yield component.name, True, key, value
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
@@ -136,7 +140,7 @@ def refuse_beyond(scene):
     _refuse_averaging(scene)
     _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
-    _refuse_beside_faces(scene)
+    _refuse_beside_components(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
@@ -238,21 +242,25 @@ def _refuse_averaged_hat(scene):
                                     f'must be "quadratic" or "cubic" beside {" and ".join(found)}', scene.source)
 
 
-def _refuse_beside_faces(scene):
-    """Raise InputError for forces on a body's own surface beside what does not know it."""
-    for i, force in enumerate(scene.forces):
-        if not isinstance(force, FACES):
-            continue
-        body = next(body for body in scene.bodies if body.name == force.body)
-        beside = {"switch": scene.switch, "zone": scene.zone, "water": scene.water,
-                  "initial.from": scene.initial.from_run is not None,
-                  'initial.stress = "settle"': scene.initial.stress == "settle",
-                  f'solver.kernel = "{scene.solver.kernel}"': BASES[scene.solver.kernel].box}
-        if found := [name for name, there in beside.items() if there]:
-            raise InputError.at(f"forces.{i}.kind", force.kind, f"does not go with {' and '.join(found)}", scene.source)
-        if body.shape.kind not in OBSTACLES:
-            raise InputError.at(f"forces.{i}.body", force.body, f'needs a shape of kind {", ".join(OBSTACLES)}, and has'
-                                f' "{body.shape.kind}"', scene.source)
+FEATURES = {
+    "switch": lambda scene: scene.switch, "zone": lambda scene: scene.zone, "water": lambda scene: scene.water,
+    "initial.from": lambda scene: scene.initial.from_run is not None,
+    'initial.stress = "settle"': lambda scene: scene.initial.stress == "settle",
+    "solver.kernel": lambda scene: BASES[scene.solver.kernel].box,
+}
+"""Parts of a scene that not all components go with, by name."""
+
+
+def _refuse_beside_components(scene):
+    """Raise InputError for a component beside what does not know it."""
+    for component in components.used(scene):
+        found = [f'{name} = "{scene.solver.kernel}"' if name == "solver.kernel" else name
+                 for name in component.beside if FEATURES[name](scene)]
+        key, value = next(iter(component.asked(scene)))
+        if found:
+            raise InputError.at(key, value, f"does not go with {' and '.join(found)}", scene.source)
+        if component.refuse:
+            component.refuse(scene)
 
 
 def _refuse_sleeping(scene):
@@ -301,7 +309,7 @@ def require(scene, capability, key, value, wanted=True, what=""):
     if name in able:
         return
     others = " or ".join(f'"{other}"' for other in able) or "another one"
-    own = getattr(METHODS[name].capabilities, capability)
+    own = None if capability in COMPONENTS else getattr(METHODS[name].capabilities, capability)
     bound = f", which has {' and '.join(map(str, own))} only" if isinstance(own, Collection) else ""
     if key == "solver.method":
         allowed = f"must be {others} {what or f'beside {capability}'}"

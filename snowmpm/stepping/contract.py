@@ -7,7 +7,7 @@ all is a row of `snowmpm.methods.METHODS`.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from snowmpm.annotations import Floats
+from snowmpm.stepping.component import Adapters
 
 if TYPE_CHECKING:
     from snowmpm.particles.contract import Particles
@@ -69,8 +70,8 @@ class Workload:
     surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all; free:
     rigid bodies; segments: of rods; elements: of frameworks, substeps: that all of them take in a step, and unknowns:
     of frameworks that go to rest in each; strong: segments and elements of structures that answer within the step;
-    points: of interfaces, and shortened: the step with them over that of the cells alone; face_points: of loads on
-    surfaces.
+    points: of interfaces, and shortened: the step with them over that of the cells alone; components: what a step has
+    to do for each (`component.Adapter.work`), by its name.
     """
 
     blocks: int
@@ -86,8 +87,8 @@ class Workload:
     unknowns: int = 0
     strong: int = 0
     points: int = 0
-    face_points: int = 0
     shortened: float = 1.0
+    components: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 class Method(ABC):
@@ -108,8 +109,8 @@ class Method(ABC):
     """return maps that failed since time zero"""
     forcing: Any = None
     """`forcing.Forcing` that acts on the particles, or None"""
-    faces: Any = None
-    """`forcing.faces.Faces`: what acts on parts of the surface of bodies, or None"""
+    adapters: Adapters = Adapters()
+    """of the components at work"""
     water: Any = None
     """`water.pore_water.PoreWater` in the particles, or None"""
     movers: Mapping[str, Any] = MappingProxyType({})

@@ -8,6 +8,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report
+from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import (
     BREAKING_SHARE,
@@ -56,7 +57,8 @@ class Solver(Method):
         self.time, self.steps, self.damping_factor = 0.0, 0, 1.0
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
-        self.forcing = self.water = self.faces = None
+        self.forcing = self.water = None
+        self.adapters = Adapters()
         self.movers = {}
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])
@@ -67,10 +69,6 @@ class Solver(Method):
         if forcing.course:
             self.set_gravity(forcing.course.at(0.0))
             self.particles.weightless()
-
-    def load_faces(self, faces):
-        """Let `forcing.faces.Faces` act on parts of the surface of bodies from now on."""
-        self.faces = faces
 
     def fill_pores(self, water, shorten=True):
         """Let a `water.pore_water.PoreWater` act from now on; shorten: by steps as short as it asks for, of a scene
@@ -86,6 +84,11 @@ class Solver(Method):
         (`structures.rods.Rods`)."""
         self.movers[name] = mover
         mover.begin()
+
+    @property
+    def components_work(self):
+        """What a step has to do for the components, for `stepping.contract.Workload`."""
+        return {one.name: one.work() for one in self.adapters}
 
     @property
     def moved(self):
@@ -245,9 +248,8 @@ class Solver(Method):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
         self._loaded[:], self.weight_impulse[:], self.momentum_gain[:] = 0.0, 0.0, 0.0
-        for acting in (self.forcing, self.faces):
-            if acting:
-                acting.restart()
+        for acting in ([self.forcing] if self.forcing else []) + [*self.adapters]:
+            acting.restart()
         if self.water:
             self.water.begin(self)
         for mover in self.movers.values():
@@ -261,7 +263,7 @@ class Solver(Method):
             "momentum_gain": self.momentum_gain.copy(),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
             "forcing": self.forcing.state() if self.forcing else {},
-            **({"faces": self.faces.state()} if self.faces else {}),
+            **({"components": self.adapters.state()} if self.adapters else {}),
             **({"water": self.water.state()} if self.water else {}),
             **({"movers": {name: mover.state() for name, mover in self.movers.items()}} if self.movers else {}),
         }
@@ -281,8 +283,8 @@ class Solver(Method):
         self.n_plastic = state["n_plastic"]
         if self.forcing:
             self.forcing.restore(state["forcing"])
-        if self.faces:
-            self.faces.restore(state["faces"])
+        if self.adapters:
+            self.adapters.restore(state["components"])
         if self.water:
             self.water.restore(state["water"], self)
         for name, mover in self.movers.items():

@@ -23,8 +23,8 @@ def faces():
     for (method, dim), sides in SIDES.items():
         few, many = (_more_by_faces(method, dim, side) for side in sides)
         point = max(0.0, (many[1] - few[1]) / (many[0] - few[0]))
-        yield f"{method} face", dim, "f32", "point", point
-        yield f"{method} face", dim, "f32", "step", max(0.0, few[1] - point * few[0])
+        yield f"{method} face_loads", dim, "f32", "point", point
+        yield f"{method} face_loads", dim, "f32", "step", max(0.0, few[1] - point * few[0])
 
 
 def _more_by_faces(method, dim, side):
@@ -42,7 +42,7 @@ def _more_by_faces(method, dim, side):
         slowness.sample()
         taken.append([_seconds_of_step(solver, dt) for solver in solvers])
     more = np.median([row[0] - row[1] for row in taken[WARM_UP:]])
-    return solvers[0].faces.count, 1e9 * more / slowness()[1]
+    return solvers[0].adapters["face_loads"].faces.count, 1e9 * more / slowness()[1]
 
 
 def _seconds_of_step(solver, dt):

@@ -55,7 +55,7 @@ def loaded(size, side, steps, force):
 
 def draw(axes, title, case, along):
     sim = loaded(**case)
-    fields, faces = sim.particles, sim.solver.faces
+    fields, faces = sim.particles, sim.solver.adapters["face_loads"].faces
     x = fields["position"]
     stress = KPA * sim.solver.particles.column("stress")[:, along]  # xx, zz
     most = np.percentile(np.abs(stress), 99)

@@ -1,5 +1,6 @@
 """How a scene asks for each capability of a method, and what shows that it was computed."""
 
+import importlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,8 +8,10 @@ import numpy as np
 import pytest
 
 import snowmpm
+from snowmpm import components
 from snowmpm.advice.along_front import more_accurate
 from snowmpm.errors import InputError
+from snowmpm.registry import COMPONENTS
 from snowmpm.running.simulation import Simulation
 from tests.contract import method_examples as given
 from tests.contract.method_suite import momentum, reach, steps
@@ -192,19 +195,6 @@ def _flies_off(simulation):
     assert v[:, 0].mean() == pytest.approx(3.0 * simulation.time, rel=1e-9)
 
 
-def _pulled(method):
-    dim = given.least_dimension(method)
-    return _free(method, forces=[{"kind": "traction", "name": "pull", "body": "one",
-                                  "value": given.point(dim, 30.0, 0.0)}])
-
-
-def _follows_its_surface(simulation):
-    before = momentum(simulation)
-    steps(simulation, 3)
-    pull = simulation.solver.faces.faces[0].given.impulse
-    assert pull[0] > 0.0 and np.allclose(momentum(simulation) - before, pull, rtol=0.0, atol=1e-9 * pull[0])
-
-
 def _tilted(method):
     return _free(method, gravity={"times": [0.0, 1.0], "values": [given.G, given.G], "tilts": [30.0, 30.0]})
 
@@ -378,7 +368,6 @@ CAPABILITIES = {
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
     "forces": Asked(_blown_at, _flies_off),
-    "faces": Asked(_pulled, _follows_its_surface),
     "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
     "two_velocities": Asked(_with_moving_water, _falls_together),
@@ -394,6 +383,8 @@ CAPABILITIES = {
     "presets": Asked(_along, _changes_something),
 }
 """How each capability that is true or false is asked for."""
+for name in components.NAMES:
+    CAPABILITIES[name] = Asked(*importlib.import_module(f"tests.components.{name}.capability").ASKED)
 
 
 def choices(capability, value):
@@ -416,7 +407,10 @@ def _runs(simulation):
 
 def is_as_declared(method, capability, value=None):
     """A capability that a method has acts; one that it has not is refused in two lines that name another way."""
-    declared = getattr(given.able(method), capability)
+    if capability in COMPONENTS:
+        declared = COMPONENTS[capability].supports(method)
+    else:
+        declared = getattr(given.able(method), capability)
     has = declared if value is None else value in declared
     asked = CAPABILITIES[capability] if value is None else choices(capability, value)
     if has:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from snowmpm import components
 from snowmpm.methods import METHODS, Capabilities
 from tests.contract import toy_method
 from tests.contract.capability_suite import CAPABILITIES, is_as_declared
@@ -42,7 +43,7 @@ def test_every_registered_method_has_an_example():
 
 
 def test_every_capability_is_asked_for():
-    assert {field.name for field in fields(Capabilities)} == {
+    assert {field.name for field in fields(Capabilities)} | {component.name for component in components.declared()} == {
         *CAPABILITIES, *VALUES, *CHOICES, *ELSEWHERE}
     assert all((Path(__file__).parents[1] / file).is_file() for file in ELSEWHERE.values())
 

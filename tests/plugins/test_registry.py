@@ -71,7 +71,7 @@ def test_a_class_that_is_defined_anew_takes_its_own_place():
 
 @pytest.mark.parametrize("thing", [object(), Scene, 5, lambda: None])
 def test_what_belongs_nowhere_is_refused(thing):
-    with pytest.raises(InputError, match="no law, event, force, shape, field, method or command"):
+    with pytest.raises(InputError, match="no law, event, force, shape, field, component, method or command"):
         snowmpm.register(thing)
 
 

@@ -9,6 +9,7 @@ import pytest
 import snowmpm
 from snowmpm.campaigns.cluster import DEATHS
 from snowmpm.cli import watch
+from snowmpm.components.face_loads.from_scene import PENALTY, SOLVED_PENALTY
 from snowmpm.implicit.linear import MOST_DIRECT
 from snowmpm.rigid.impulses import SWEEPS
 from snowmpm.running.rest import rested
@@ -18,7 +19,6 @@ from snowmpm.scenes.forest import Deposition, Forest
 from snowmpm.scenes.numerics import Depth, Implicit, Sph
 from snowmpm.scenes.switch import SHARES, Switch
 from snowmpm.scenes.water import FlowingWater, MovingWater
-from snowmpm.setup.loaded_faces import PENALTY, SOLVED_PENALTY
 
 ROOT = Path(__file__).parents[2]
 AT_REST = ROOT / "tests" / "resume" / "at_rest.toml"

@@ -3,14 +3,15 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from snowmpm.forcing.face import FACES
-from snowmpm.forcing.face_points import FacePoints
-from snowmpm.forcing.faces import Faces
-from snowmpm.scenes import forces
+from snowmpm.components.face_loads import declare
+from snowmpm.components.face_loads.face import FACES
+from snowmpm.components.face_loads.face_points import FacePoints
+from snowmpm.components.face_loads.faces import Faces
+from snowmpm.components.face_loads.implicit import FaceLoads
 from snowmpm.scenes.formula import compiled
 
-SPECS = {"traction": forces.Traction, "follower_pressure": forces.FollowerPressure,
-         "displacement": forces.Displacement}
+SPECS = {"traction": declare.Traction, "follower_pressure": declare.FollowerPressure,
+         "displacement": declare.Displacement}
 
 
 def turned(angle):
@@ -47,3 +48,13 @@ def faces(positions, given, stiffness=0.0):
         parts.append(FacePoints.of(nearest, rest - positions[nearest], np.array(area), rest))
         first += len(rest)
     return Faces(made, FacePoints.joined(parts))
+
+
+def load(solver, given):
+    """Let `Faces` act on an `ImplicitSolver` from now on."""
+    solver.adapters.add(FaceLoads(given))
+
+
+def faces_on(solver):
+    """`Faces` that act on a solver."""
+    return solver.adapters["face_loads"].faces

@@ -1,5 +1,8 @@
 """Failures of the atlas that may affect a scene: one rule per failure, by its measured border."""
 
+import importlib
+
+from snowmpm import components
 from snowmpm.advice.cautions import (  # noqa: F401
     bending,
     contacts,
@@ -17,7 +20,6 @@ from snowmpm.advice.cautions import (  # noqa: F401
     sph_sums,
     standing,
     standing_things,
-    ties,
     time_steps,
     transfers,
     weak_layers,
@@ -26,6 +28,11 @@ from snowmpm.advice.cautions import (  # noqa: F401
 from snowmpm.advice.cautions.caution import RULES, Caution
 
 __all__ = ["Caution", "cautions"]
+
+
+for component in components.declared():
+    if component.cautions:
+        importlib.import_module(component.cautions)
 
 
 def cautions(facts):

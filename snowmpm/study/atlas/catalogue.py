@@ -1,5 +1,8 @@
 """All entries of the atlas, by group and by name."""
 
+import importlib
+
+from snowmpm import components
 from snowmpm.study.atlas import (
     averaging,
     bending,
@@ -17,7 +20,6 @@ from snowmpm.study.atlas import (
     sph_lattices,
     standing,
     stretching,
-    ties,
     time_steps,
     transfers,
 )
@@ -28,7 +30,7 @@ GROUPS = {
     "large deformation": (*stretching.ENTRIES, *bending.ENTRIES),
     "materials and layers": (*layers.ENTRIES, *granular.ENTRIES, *softening.ENTRIES,
                              *averaging.ENTRIES, *interfaces.ENTRIES),
-    "contact": (*contacts.ENTRIES, *ties.ENTRIES),
+    "contact": contacts.ENTRIES,
     "bodies and structures": (*standing.ENTRIES, *frameworks.ENTRIES),
     "snow at rest": sleeping.ENTRIES,
     "round-off and laws": round_off.ENTRIES,
@@ -36,4 +38,8 @@ GROUPS = {
     "depth-averaged flow": columns_in_plan.ENTRIES,
     "water in the pores": (*soaked.ENTRIES, *seeping.ENTRIES),
 }
+for component in components.declared():
+    if component.atlas:
+        for group, entries in importlib.import_module(component.atlas).ATLAS.items():
+            GROUPS[group] = (*GROUPS[group], *entries)
 ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}

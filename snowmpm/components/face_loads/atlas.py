@@ -64,7 +64,7 @@ def thrown(share, penalty):
     return most / start - 1.0
 
 
-ENTRIES = (
+ATLAS = {"contact": (
     Entry(
         name="soft_tie", title="A tie that gives way",
         scene="An elastic block four cells thick whose ends are drawn apart by 1 %, as a balance",
@@ -84,4 +84,4 @@ ENTRIES = (
         values=(0.5, 1.0, 1.2, 1.4, 1.6, 2.0, 3.0),
         settings={f"penalty {penalty:g}": {"penalty": penalty} for penalty in (1.0, 10.0, 100.0, 1000.0)},
         symptom="energy gained", limit=0.05, measure=thrown, shown="penalty 100", resolution=0.1),
-)
+)}

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
 
-from snowmpm.implicit.face_loads import FaceLoads
+from snowmpm.components.face_loads.implicit import FaceTerm
 from snowmpm.implicit.matter import Matter
 from snowmpm.implicit.mesh import Mesh
 from snowmpm.materials import Elastic
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
 from tests.support.implicit_steps import implicit
-from tests.support.loaded_bodies import block, end, faces
+from tests.support.loaded_bodies import block, end, faces, faces_on, load
 
 RUBBER = {"density": 1000.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
 
@@ -33,7 +33,7 @@ def test_tangents_are_those_of_the_forces(dim):
              ("displacement", *sides[-1], {"value": [-0.4] * dim, "contact": "separate"}),
              ("displacement", *sides[0], {"value": [0.0] * dim})]
     solver = implicit(x, volumes, Elastic(**RUBBER), 1.0, upper=[6.0] * dim)
-    loads = FaceLoads(faces(x, given, stiffness=1e4), matter := Matter.of_store(solver.particles), 0.0)
+    loads = FaceTerm(faces(x, given, stiffness=1e4), matter := Matter.of_store(solver.particles), 0.0)
     mesh = Mesh(matter.cells, 1.0, "quadratic", "shape")
     loads.meet(mesh)
     u = 0.1 * rng.standard_normal((mesh.n_nodes, dim))
@@ -102,7 +102,7 @@ def test_bar_of_hencky(kind, dim, shift):
     along, across = stretches(kind, stress, dim)
     middle = np.abs(x[:, 0] - 0.5 * upper[0]) < 0.25 * upper[0]
     found = np.polyfit(x[middle, 0], now[middle, 0], 1)[0]
-    far = sim.solver.faces.points.way[:, 0].mean() / upper[0]
+    far = faces_on(sim.solver).points.way[:, 0].mean() / upper[0]
     assert far == pytest.approx(along - 1.0, rel=4e-3)
     assert found - 1.0 == pytest.approx(along - 1.0, rel=6e-3)
     assert np.polyfit(x[middle, -1], now[middle, -1], 1)[0] - 1.0 == pytest.approx(across - 1.0, rel=5e-3)
@@ -129,7 +129,7 @@ def test_bar_of_hencky_as_asked(kind, shift, filling):
     x, now = before_and_after(sim)
     along, across = stretches(kind, 1e5, 2)
     middle = np.abs(x[:, 0] - 0.5 * upper[0]) < 0.25 * upper[0]
-    far = sim.solver.faces.points.way[:, 0].mean() / upper[0]
+    far = faces_on(sim.solver).points.way[:, 0].mean() / upper[0]
     assert far == pytest.approx(along - 1.0, rel=2e-3)
     for axis, stretch in ((0, along), (-1, across)):
         found = np.polyfit(x[middle, axis], now[middle, axis], 1)[0]
@@ -190,7 +190,7 @@ def pressed(inner, outer, pressed_at, pressure, gradient, dx=0.125):
     area = (1.0 if pressed_at == outer else -1.0) * 0.5 * np.pi * pressed_at / n * normal
     solver = implicit(x, volumes, Elastic(**RUBBER), dx, upper=[3.0, 3.0], sides=[["symmetric", "open"]] * 2,
                       time="quasi_static", solver={"gradient": gradient})
-    solver.load_faces(faces(x, [("follower_pressure", pressed_at * normal, area, {"value": pressure})]))
+    load(solver, faces(x, [("follower_pressure", pressed_at * normal, area, {"value": pressure})]))
 
     def radii():
         at = solver.particles.positions()[np.argsort(solver.particles.labels()[:, 1])]
@@ -198,7 +198,7 @@ def pressed(inner, outer, pressed_at, pressure, gradient, dx=0.125):
 
     before = radii()
     solver.step(1.0)
-    return before, radii(), solver.faces.force
+    return before, radii(), faces_on(solver).force
 
 
 @pytest.mark.parametrize("gradient", ["affine", "shape"])

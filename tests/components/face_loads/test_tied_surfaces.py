@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from snowmpm.errors import SimulationError
 from snowmpm.materials import Elastic
 from tests.support.implicit_steps import implicit
-from tests.support.loaded_bodies import block, end, faces, turned
+from tests.support.loaded_bodies import block, end, faces, faces_on, load, turned
 
 YOUNG, DX, COUNTS = 1e6, 0.25, (16, 8)
 CORK = Elastic(density=1000.0, youngs_modulus=YOUNG, poisson_ratio=0.0)
@@ -23,7 +23,7 @@ def pulled(angle, offset, penalty=1e3, strain=0.05, contact="stick", cells=1, **
     way = (strain * counts[0] * spacing * axes[0]).tolist()
     solver = implicit(x, volumes, CORK, dx, upper=[6.0, 6.0], time="quasi_static",
                       solver={"gradient": "affine"}, **options)
-    solver.load_faces(faces(x, [
+    load(solver, faces(x, [
         ("displacement", *end(counts, spacing, axes, corner, 0, False), {"value": [0.0, 0.0]}),
         ("displacement", *end(counts, spacing, axes, corner, 0, True), {"value": way, "contact": contact})],
         stiffness=penalty * YOUNG / dx))
@@ -62,7 +62,7 @@ def test_patch(angle, offset):
     for cells, off, uneven in ((1, 0.015, 0.02), (2, 0.006, 0.005)):
         # The same stiffness on both grids
         solver, axes = pulled(angle, offset, penalty=1e3 / cells, cells=cells)
-        held, drawn = (face.given.force for face in solver.faces.faces)
+        held, drawn = (face.given.force for face in faces_on(solver).faces)
         np.testing.assert_allclose(held, -drawn, atol=1e-7 * np.linalg.norm(drawn))
         np.testing.assert_allclose(drawn / width, nominal * axes[0], atol=off * nominal)
         stress = along(solver, axes)[core(solver, axes, offset, cells)]
@@ -77,7 +77,7 @@ def test_patch_as_asked(angle, offset):
     """The gate of the reaction that was asked first, 1 %, on 8 cells."""
     solver, axes = pulled(angle, offset)
     width = COUNTS[1] * 0.5 * DX
-    np.testing.assert_allclose(solver.faces.faces[1].given.force / width, expected(1e3) * axes[0],
+    np.testing.assert_allclose(faces_on(solver).faces[1].given.force / width, expected(1e3) * axes[0],
                                atol=0.01 * expected(1e3))
 
 
@@ -86,7 +86,7 @@ def test_the_error_falls_with_the_penalty():
     forces, gaps = [], []
     for penalty in (10.0, 100.0, 1000.0, 1e4):
         solver, axes = pulled(30.0, [0.13, 0.31], penalty)
-        points, drawn = solver.faces.points, solver.faces.faces[1]
+        points, drawn = faces_on(solver).points, faces_on(solver).faces[1]
         gap = (0.05 * COUNTS[0] * 0.5 * DX * axes[0] - points.way[drawn.points]) @ axes[0]
         gaps.append(gap.mean())
         forces.append(drawn.given.force @ axes[0])
@@ -104,12 +104,12 @@ def test_what_may_separate_is_pressed_and_not_pulled():
     """Pushed as it slips, drawn off without any force: then nothing but the other end holds it."""
     pressed, axes = pulled(20.0, [0.13, 0.31], strain=-0.05, contact="separate")
     slips, _ = pulled(20.0, [0.13, 0.31], strain=-0.05, contact="slip")
-    drawn = pressed.faces.faces[1].given.force
-    assert drawn @ axes[0] == pytest.approx(slips.faces.faces[1].given.force @ axes[0], rel=1e-3)
+    drawn = faces_on(pressed).faces[1].given.force
+    assert drawn @ axes[0] == pytest.approx(faces_on(slips).faces[1].given.force @ axes[0], rel=1e-3)
     assert drawn @ axes[0] < -0.04 * YOUNG * COUNTS[1] * 0.5 * DX
     assert abs(drawn @ axes[1]) < 1e-9 * abs(drawn @ axes[0])
     parted, _ = pulled(20.0, [0.13, 0.31], contact="separate")
-    assert not parted.faces.faces[1].given.force.any() and np.abs(along(parted, axes)).max() < 1e-6 * YOUNG
+    assert not faces_on(parted).faces[1].given.force.any() and np.abs(along(parted, axes)).max() < 1e-6 * YOUNG
 
 
 @pytest.mark.slow
@@ -117,7 +117,7 @@ def test_a_block_that_nothing_holds_is_said():
     spacing, corner = 0.5 * DX, np.array([1.5, 1.5])
     x, volumes = block(COUNTS, spacing, np.eye(2), corner)
     solver = implicit(x, volumes, CORK, DX, upper=[6.0, 6.0], time="quasi_static", iterations=5)
-    solver.load_faces(faces(x, [("traction", *end(COUNTS, spacing, np.eye(2), corner, 0, True),
+    load(solver, faces(x, [("traction", *end(COUNTS, spacing, np.eye(2), corner, 0, True),
                                  {"value": [1e3, 0.0]})]))
     with pytest.raises(SimulationError) as failed:
         solver.step(1.0)

@@ -1,4 +1,4 @@
-"""Forces on parts of the surface of bodies (`forcing.faces`) in a step of explicit MPM.
+"""Forces on parts of the surface of bodies in a step of explicit MPM.
 
 A force F on a point that a particle carries at an arm r gives node i of the particle the impulse
 
@@ -15,6 +15,8 @@ import numpy as np
 
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.components.face_loads.faces import OfFaces
+from snowmpm.components.face_loads.from_scene import faces_of
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import SECOND, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
@@ -22,48 +24,51 @@ from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.store import IDENTITY, accessors
 
 
-class FaceLoads:
-    """The `forcing.faces.Faces` of a solver."""
+def adapter(model, solver):
+    """`FaceLoads` of the scene of a `Model`."""
+    return FaceLoads(solver, faces_of(model))
+
+
+class FaceLoads(OfFaces):
+    """The `Faces` of a `MpmSolver`."""
 
     def __init__(self, solver, faces):
-        """solver: `MpmSolver`, with its particles."""
-        self._solver, self._faces, self._blocks = solver, faces, None
+        super().__init__(faces)
+        self._solver, self._blocks = solver, None
         scheme = solver.basis, solver.gradient_form, solver.flip, solver.second_moment() > 0.0
         self._kernels = face_kernels(solver.particles.layout, runtime.DTYPES[solver.precision][0], *scheme)
         self._rate = self._swing()
 
-    def act(self, dt, pushed):
-        """Give the nodes, which have what particles gave them, the forces of a step of dt [s] that act for the time
-        `pushed` [s]; -> impulse (dim,) [N s]."""
+    def after_scatter(self, dt, pushed):
+        """Give the nodes the forces of the start of the step."""
         solver, store = self._solver, self._solver.particles
         self._find()
-        self._forces, self._pushed = self._faces.forces(solver.time, dt, self._there), pushed
+        self._forces, self._pushed = self.faces.forces(solver.time, dt, self._there), pushed
         self._before = self._read()
-        arms = self._faces.points.arm
+        arms = self.faces.points.arm
         given = np.concatenate([self._forces, np.einsum("ni,nj->nij", self._forces, arms).reshape(len(arms), -1)], 1)
         self._kernels.spread(store.reals, store.slot_offset, self._rows, self._owners, pushed * given,
                              solver.grid.tiles, 1.0 / solver.dx)
-        return pushed * self._forces.sum(axis=0)
+        solver.add_impulse(pushed * self._forces.sum(axis=0))
 
-    def follow(self, dt):
-        """Move the points with the particles, after a step of dt [s]."""
-        dim, dx, points = self._solver.dim, self._solver.dx, self._faces.points
+    def after_gather(self, dt):
+        """Move the points with the particles."""
+        dim, dx, points = self._solver.dim, self._solver.dx, self.faces.points
         after = self._read()
         A = dt * after[:, dim:].reshape(-1, dim, dim)
         way = dx * (after[:, :dim] - self._before[:, :dim]) + np.einsum("nij,nj->ni", A, points.arm)
         A[~self._there], way[~self._there] = 0.0, 0.0
         points.follow(A, way)
-        self._faces.book(self._forces, dt, self._pushed, way)
+        self.faces.book(self._forces, dt, self._pushed, way)
 
-    def shorten(self, dt, critical, elastic):
-        """dt [s] with the swings of particles on penalties: frequencies add up by their squares. critical, elastic:
-        the cfl at which waves grow, and that of dt."""
+    def limit_dt(self, dt, critical, elastic):
+        """dt [s] with the swings of particles on penalties: frequencies add up by their squares."""
         return dt / float(np.hypot(1.0, 0.5 * self._rate * dt * critical / elastic)) if self._rate > 0.0 else dt
 
     def _swing(self):
         """A bound of the fastest one [1/s]: omega^2 <= max_p sum_s k_s (1 + D^-1 |r_s|^2) / m_p, as by the inequality
         of Cauchy and Schwarz (w_i + g_i . r)^2 / w_i add up to 1 + D^-1 |r|^2 over the nodes of p."""
-        stiffness, points, solver = self._faces.stiffness, self._faces.points, self._solver
+        stiffness, points, solver = self.faces.stiffness, self.faces.points, self._solver
         if not stiffness.any():
             return 0.0
         per_moment = STENCILS[solver.basis].inverse_second_moment / solver.dx**2
@@ -77,7 +82,7 @@ class FaceLoads:
         store = self._solver.particles
         if store.blocks is self._blocks:
             return
-        numbers, self._blocks = self._faces.points.number, store.blocks
+        numbers, self._blocks = self.faces.points.number, store.blocks
         identity = store.identity.to_numpy()[: store.count]
         row_of = np.full(max(identity.max(initial=0), numbers.max()) + 1, -1)
         row_of[identity] = np.arange(store.count)

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+from snowmpm.components.face_loads.face import FACES
+from snowmpm.components.face_loads.face_points import FacePoints
+from snowmpm.components.face_loads.faces import Faces
 from snowmpm.errors import InputError
-from snowmpm.forcing.face import FACES
-from snowmpm.forcing.face_points import FacePoints
-from snowmpm.forcing.faces import Faces
 from snowmpm.methods import METHODS
 from snowmpm.scenes.formula import compiled
 from snowmpm.scenes.space import AXES
@@ -28,8 +28,8 @@ ROUND_OFF = 1e-6
 """Of a spacing: what lies on the border of a block is in it, what lies on a side of the domain is not free."""
 
 
-def loaded_faces(model):
-    """`Faces` of a `Model`'s forces on surfaces, None without such. Raises InputError for a surface that is empty, or
+def faces_of(model):
+    """`Faces` of a `Model`'s forces on surfaces. Raises InputError for a surface that is empty, or
     that no particles carry."""
     faces, parts, first = [], [], 0
     for i, spec in enumerate(model.scene.forces):
@@ -42,7 +42,7 @@ def loaded_faces(model):
                 raise InputError(f"{model.scene.source}: {error}") from None
             parts.append(points)
             first = own.stop
-    return Faces(faces, FacePoints.joined(parts)) if faces else None
+    return Faces(faces, FacePoints.joined(parts))
 
 
 def penalty_of(scene, spec):

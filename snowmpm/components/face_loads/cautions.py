@@ -3,7 +3,7 @@
 from collections import Counter
 
 from snowmpm.advice.cautions.caution import Caution, beyond, rule
-from snowmpm.setup.loaded_faces import penalty_of
+from snowmpm.components.face_loads.from_scene import penalty_of
 
 SETTINGS = "one end, 16 cells", "both ends, 16 cells"
 """Of the entry: where a body has one tie, and where it has more."""

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from snowmpm.forcing.face_points import FacePoints, cofactors
-from snowmpm.setup.loaded_faces import points_on
+from snowmpm.components.face_loads.face_points import FacePoints, cofactors
+from snowmpm.components.face_loads.from_scene import points_on
 from snowmpm.solids.shape import SolidShape
 
 SHAPES = {

@@ -1,4 +1,4 @@
-"""Forces on parts of the surface of bodies (`forcing.faces`) among the equations of a step.
+"""Forces on parts of the surface of bodies among the equations of a step.
 
 A point that particle p carries at an arm r goes by sum_I N_I u_I, N_I = w_I + g_I . r, and its area becomes
 det f  f^-T a with the deformation f = I + A of p. On node I acts N_I F, F at the end of the step, and K gets
@@ -14,11 +14,26 @@ edge; the linear solver looks whether K is. A pressure that depends on place is 
 import numpy as np
 from scipy import sparse
 
-from snowmpm.implicit.balance import turned
+from snowmpm.components.face_loads.faces import OfFaces
+from snowmpm.components.face_loads.from_scene import faces_of
+from snowmpm.implicit.balance import Term, turned
 
 
-class FaceLoads:
-    """The `forcing.faces.Faces` of a step that ends at `time` [s], for the particles of a `Matter`."""
+def adapter(model, solver):
+    """`FaceLoads` of the scene of a `Model`."""
+    return FaceLoads(faces_of(model))
+
+
+class FaceLoads(OfFaces):
+    """The `Faces` of an `ImplicitSolver`."""
+
+    def terms(self, matter, time):
+        """`FaceTerm` of a step."""
+        return FaceTerm(self.faces, matter, time)
+
+
+class FaceTerm(Term):
+    """The `Faces` of a step that ends at `time` [s], for the particles of a `Matter`."""
 
     def __init__(self, faces, matter, time):
         self.faces, points = faces, faces.points

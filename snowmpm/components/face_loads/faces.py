@@ -2,13 +2,59 @@
 
 import numpy as np
 
-from snowmpm.forcing.face import Given
-from snowmpm.forcing.face_points import FacePoints
+from snowmpm.components.face_loads.face import Given
+from snowmpm.components.face_loads.face_points import FacePoints
+from snowmpm.stepping.component import Adapter
 
 AXES = {2: "xz", 3: "xyz"}
 
 CARRIED = ("arm", "area", "way")
 """What a checkpoint keeps of the points."""
+
+
+class OfFaces(Adapter):
+    """What the adapters of all methods have in common."""
+
+    name = "face_loads"
+
+    def __init__(self, faces):
+        self.faces = faces
+
+    def restart(self):
+        """`Faces.restart`."""
+        self.faces.restart()
+
+    def to_come(self, time):
+        """`Faces.to_come`."""
+        return self.faces.to_come(time)
+
+    def work(self):
+        """Points, and the step."""
+        return {"point": self.faces.count, "step": 1.0}
+
+    def force_work(self):
+        """Of all faces [J]."""
+        return self.faces.work
+
+    def impulses(self):
+        """Of each face [N s]."""
+        return [face.given.impulse for face in self.faces.faces]
+
+    def row(self):
+        """`Faces.row`."""
+        return self.faces.row()
+
+    def units(self):
+        """`Faces.units`."""
+        return self.faces.units()
+
+    def state(self):
+        """`Faces.state`."""
+        return self.faces.state()
+
+    def restore(self, state):
+        """`Faces.restore`."""
+        self.faces.restore(state)
 
 
 class Faces:

@@ -1,0 +1,45 @@
+"""What a component declares."""
+
+import functools
+import importlib.util
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from snowmpm.registry import COMPONENTS, Registry, resolved
+
+
+@dataclass(frozen=True)
+class Component:
+    """An optional piece of physics.
+
+    package: that its adapters lie in, a module for each method, named after it; words: what it is called in tables of
+    `check`; asked: scene -> (key, value) of each key that asks for it; order: among the components, those of lower
+    number act first; beside: names of what it does not go with (`setup.refusals.FEATURES`); refuse: scene -> raises
+    InputError for what cannot be; cautions: module with rules of `check`; atlas: module with ATLAS, {group: entries}.
+    """
+
+    REGISTRIES: ClassVar[tuple[Registry, ...]] = (COMPONENTS,)
+
+    name: str
+    package: str
+    words: str
+    asked: Callable[[Any], Iterable[tuple[str, object]]]
+    order: int
+    beside: tuple[str, ...] = ()
+    refuse: Callable[[Any], None] | None = None
+    cautions: str = ""
+    atlas: str = ""
+
+    def supports(self, method: str) -> bool:
+        """Whether it has an adapter for a method."""
+        return _exists(f"{self.package}.{method}")
+
+    def adapter(self, method: str) -> Callable[..., Any]:
+        """Its adapter for a method: (model, solver) -> `stepping.component.Adapter`."""
+        return resolved(f"{self.package}.{method}:adapter")
+
+
+@functools.cache
+def _exists(module: str) -> bool:
+    return importlib.util.find_spec(module) is not None

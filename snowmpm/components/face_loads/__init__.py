@@ -1,0 +1,1 @@
+"""Tractions, pressures and prescribed motions of parts of the surface of bodies (docs/surface_loads.md)."""

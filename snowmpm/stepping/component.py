@@ -1,0 +1,116 @@
+"""Components at work in a method: what a solver calls around its step, and knows no more of.
+
+A component has an adapter for each method that supports it (`snowmpm.components`). A solver calls the hooks of its
+adapters in their order, and only those that an adapter overrides.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from snowmpm.annotations import Floats
+
+
+class Adapter:
+    """A component in a run of one method. Subclasses override the hooks that they need.
+
+    name: of the component. Hooks are called by a solver that has them, in the order in which they stand here; dt [s]:
+    of the step; pushed [s]: the time for which forces act in it. An adapter books the impulses that it gives by
+    `Solver.add_impulse`.
+    """
+
+    name = ""
+
+    def before_scatter(self, pushed: float) -> None:
+        """The particles have what acted on them before the step, and nodes are still empty."""
+
+    def after_scatter(self, dt: float, pushed: float) -> None:
+        """The nodes have what the particles gave them."""
+
+    def terms(self, matter: Any, time: float) -> Any:
+        """Of steps that are solved for: `implicit.balance.Term` of the equations of a step that ends at `time` [s]."""
+
+    def before_gather(self, dt: float) -> None:
+        """The nodes have their new velocities."""
+
+    def after_gather(self, dt: float) -> None:
+        """The particles have moved."""
+
+    def limit_dt(self, dt: float, critical: float, elastic: float) -> float:
+        """A step of dt [s], made short enough; critical, elastic: the cfl at which waves grow, and that of dt."""
+        return dt
+
+    def restart(self) -> None:
+        """Time zero is now: totals start again."""
+
+    def to_come(self, time: float) -> bool:
+        """Whether it will change by itself after `time` [s], so that snow at rest may move again."""
+        return False
+
+    def work(self) -> Mapping[str, float]:
+        """What a step has to do for it, by the names of the rows of its cost (`measured/costs.csv`)."""
+        return {}
+
+    def force_work(self) -> float:
+        """Energy that it gave the snow since time zero [J]."""
+        return 0.0
+
+    def impulses(self) -> list[Floats]:
+        """Impulses (dim,) [N s] that it gave, each for itself, since they may cancel."""
+        return []
+
+    def row(self) -> Mapping[str, float]:
+        """Its columns of the history, by name."""
+        return {}
+
+    def units(self) -> Mapping[str, str]:
+        """Their units."""
+        return {}
+
+    def state(self) -> dict[str, Any]:
+        """All that a bitwise continuation needs, by name."""
+        return {}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state()` gave."""
+
+
+HOOKS = ("before_scatter", "after_scatter", "terms", "before_gather", "after_gather", "limit_dt")
+
+
+class Adapters:
+    """Adapters of a solver, in the order in which they act; for each hook, by its name, the list of those that have
+    it."""
+
+    def __init__(self) -> None:
+        self._all: list[Adapter] = []
+        self.before_scatter: list[Callable[..., None]] = []
+        self.after_scatter: list[Callable[..., None]] = []
+        self.terms: list[Callable[..., Any]] = []
+        self.before_gather: list[Callable[..., None]] = []
+        self.after_gather: list[Callable[..., None]] = []
+        self.limit_dt: list[Callable[..., float]] = []
+
+    def add(self, adapter: Adapter) -> None:
+        """Let an adapter act from now on, after those before it."""
+        self._all.append(adapter)
+        for hook in HOOKS:
+            if getattr(type(adapter), hook) is not getattr(Adapter, hook):
+                getattr(self, hook).append(getattr(adapter, hook))
+
+    def __iter__(self) -> Iterator[Adapter]:
+        return iter(self._all)
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __getitem__(self, name: str) -> Adapter:
+        return next(one for one in self._all if one.name == name)
+
+    def state(self) -> dict[str, Any]:
+        """State of each, by name."""
+        return {one.name: one.state() for one in self._all}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state()` gave."""
+        for one in self._all:
+            one.restore(state[one.name])
