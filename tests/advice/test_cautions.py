@@ -190,6 +190,18 @@ def test_a_spacing_that_nobody_can_pay_for_is_called_so(monkeypatch):
     assert "out of reach" in said and "memory" in said
 
 
+def test_snow_that_hangs_over_the_end_of_the_ground_has_no_depth():
+    """A layer normal to a slope, by its upper end: no vertical from it meets the ground."""
+    scene = Scene.model_validate({
+        "name": "over", "dimension": 2, "end_time": 1.0, "solver": {"dx": 0.1},
+        "domain": {"min": [-3.0, -3.0], "max": [3.0, 6.0]},
+        "terrain": {"kind": "profile", "points": [[0.0, 0.0], [2.0, 2.0]]},
+        "materials": {"snow": {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}},
+        "bodies": [{"name": "snow", "material": "snow",
+                    "shape": {"kind": "layer", "bottom": 0.5, "top": 0.7, "region": {"x": [0.0, 0.2]}}}]})
+    assert "shallow_flow" not in {caution.entry for caution in advise(scene).cautions}
+
+
 def test_layers_of_about_the_same_density_are_left_alone():
     bodies = [another(*ABOVE, "ice")]
     for ratio, named in ((1.3, False), (1.5, True)):

@@ -89,7 +89,8 @@ def shallow_flow(facts):
         return
     depth = facts.model.depth / facts.dx
     setting = {"aflip": "aflip 0.99", "flip": "flip 0.99"}.get(facts.scene.solver.transfer, facts.scene.solver.transfer)
-    if border := beyond("shallow_flow", setting, depth):
+    # None where all of it lies over the end of the ground
+    if depth > 0.0 and (border := beyond("shallow_flow", setting, depth)):
         found = worded(border, "solver.dx", depth)
         yield replace(found, cure=_deep_enough(facts, setting))
 
