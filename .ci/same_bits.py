@@ -61,7 +61,7 @@ CASES = {
     "depth-averaged": ("avalanche_depth_averaged", VALLEY),
     "depth-averaged double": ("avalanche_depth_averaged", {**VALLEY, "solver.precision": "f64"}),
     "depth-averaged with water": ("slushflow", VALLEY),
-    "depth-averaged, two phases": (DOCS / "dam_break_two_phases.toml", {"solver.dx": 2.0}),
+    "depth-averaged, two phases": (DOCS / "dam_break_two_phases.toml", {}),
     "forest, deposition, snow cover": ("avalanche_depth_averaged", {
         **VALLEY, "terrain.deposition": {"law": "stopped", "time": 0.5},
         "terrain.entrainment": {"law": "rate", "growth_rate": 0.01, "thickness": 0.3, "density": 150.0},
@@ -84,7 +84,6 @@ CASES = {
     "pore water": (TESTS / "water" / "soaked_slope.toml", {}),
     "two velocities": ("slush_dam_2d", {"solver.dx": 0.1}),
     "seepage": (DOCS / "rockfill_dam.toml", {"solver.dx": 0.1}),
-    "sleeping": ("column_collapse_2d", {"solver.dx": 0.02, "solver.sleeping": 0.05}),
     "means over a length": ("column_collapse_2d", {**COLUMN, "materials.sand": {
         **SOIL, "kind": "softening_cone", "cohesion": 500.0, "residual_cohesion": 50.0, "softening_strain": 0.1,
         "friction_angle": 20.0,

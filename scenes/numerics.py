@@ -1,6 +1,6 @@
 """Method, domain and output of a scene."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -155,6 +155,9 @@ class Implicit(Spec):
 class Solver(Spec):
     """The method and its discretisation."""
 
+    REMOVED: ClassVar = {"sleeping": (0.0, "was removed, since it seldom saved time (`snowmpm docs speed`);"
+                                           ' initial.relaxation = "static" finds snow at rest sooner')}
+
     method: Annotated[str, one_of(lambda: METHODS)] = "mpm"
     dx: Positive
     """grid spacing (mpm; in plan: depth) or particle spacing (sph) [m]"""
@@ -183,9 +186,6 @@ class Solver(Spec):
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"
-    sleeping: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0
-    """mpm: share e of sqrt(gravity dx) below which snow is calm [-]: blocks of it are left out of the step until
-    something wakes them (0.01 is usual); 0: no snow sleeps"""
     f_bar: Annotated[bool, Field(strict=True)] | Literal["whole"] = False
     """mpm: the particles of a cell change their volume as one, against volumetric locking: nu above 0.45, plastic flow
     that keeps the volume; of steps that are solved for: implicit.f_bar. "whole": they deform as one, so that a crack

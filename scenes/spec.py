@@ -1,10 +1,10 @@
 """Building blocks of a scene: frozen tables that refuse unknown keys, and numbers with bounds."""
 
 import reprlib
-from collections.abc import Callable, Iterable
-from typing import Annotated, Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetPydanticSchema
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetPydanticSchema, model_validator
 from pydantic_core import PydanticCustomError, PydanticKnownError, core_schema
 
 
@@ -12,6 +12,19 @@ class Spec(BaseModel):
     """A table of a scene file: immutable, without unknown keys; messages show the docstring of a field."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    REMOVED: ClassVar[Mapping[str, tuple[object, str]]] = {}
+    """Keys of earlier versions: {key: (value that changed nothing, as resolved scenes have it; what to do instead)}."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_removed(cls, given: Any) -> Any:
+        found = cls.REMOVED.keys() & given.keys() if isinstance(given, dict) else ()
+        for key in found:
+            nothing, instead = cls.REMOVED[key]
+            if given[key] != nothing:
+                raise refuse(instead, key, given[key])
+        return {key: value for key, value in given.items() if key not in found} if found else given
 
     def __repr_args__(self):
         """The given values without defaults; long lists are shortened."""

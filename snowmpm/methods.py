@@ -65,8 +65,6 @@ class Capabilities:
     """accelerations and pressures in space and time (`snowmpm.forcing`)"""
     forcing: bool = True
     """damping and gravity that changes"""
-    sleeping: bool = False
-    """snow that does nothing is left out of the step"""
     averaged_hats: bool = False
     """bases of `schemes.BASES` with a box, for comparison"""
     f_bar: bool = False
@@ -148,7 +146,7 @@ class MethodEntry:
 
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, sleeping=True, averaged_hats=True, f_bar=True, averaging=True, water=True, two_velocities=True,
+        receives=True, averaged_hats=True, f_bar=True, averaging=True, water=True, two_velocities=True,
         interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
         strong_coupling=True,

@@ -69,9 +69,10 @@ MAY_IMPORT = {
     "setup": {*GROUND, "components", *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
-    "study": {*GROUND, "components", *SHARED, *SCENE, "mpm", "sph", "depth", "setup", "running", "io", "measured", "render"},
-    "advice": {*GROUND, "components", "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
-               "study"},
+    "study": {*GROUND, "components", *SHARED, *SCENE, "mpm", "sph", "depth", "setup", "running", "io", "measured",
+              "render"},
+    "advice": {*GROUND, "components", "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running",
+               "measured", "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",

@@ -9,7 +9,6 @@ from snowmpm.measured import costs
 from snowmpm.methods import METHODS
 from snowmpm.registry import COMPONENTS
 from snowmpm.running.description import expected_run_file, written_fields
-from snowmpm.stepping.calm import calm
 
 WITHIN = 0.3
 """Largest relative error of the forecast for runs of the library."""
@@ -158,10 +157,6 @@ class Budget:
         carried = ", ".join(name.replace("_", " ") for name, size in sizes.items() if size)
         size = facts.solver.particles.bytes_per_particle
         found.append(Payment("precision", f"{scheme.precision}, {size} B a particle ({carried})", None, None))
-        if facts.scene.solver.sleeping > 0.0:
-            speed, time = calm(facts.scene.solver.sleeping, facts.dx, facts.solver.gravity)
-            found.append(Payment("sleeping", f"snow slower than {speed:.2g} m/s for {time:.2g} s is left out of the"
-                                             " steps; what that saves is not forecast", None, None))
         if scheme.lengths != "constant":
             times = costs.transfers(scheme) / costs.transfers(replace(scheme, lengths="constant"))
             found.append(Payment("smoothing lengths", f"{scheme.lengths}: {times:.1f} times the cost of constant ones,"

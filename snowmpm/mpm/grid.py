@@ -18,7 +18,6 @@ from snowmpm.compiler.parallel import chunk_bounds, most_workers
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
 from snowmpm.mpm.contact.contact_blocks import ContactBlocks
-from snowmpm.mpm.contact.walls import FREE
 from snowmpm.mpm.node import block_nodes, node_mask, node_size, node_vector
 from snowmpm.particles.blocks import EDGE, coordinates_of, fields_of, places_of
 
@@ -42,10 +41,7 @@ class TileGrid:
     particles reach, and in which node blocks these are (`report_functions`).
     nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
-    into chunks of about equal work. work (n_work,): the node blocks that a step visits, where not all are (`visit`);
-    hiding: kernels of `hidden_nodes` where there is an interface, else None.
-    asleep (tiles,): 1 for those of sleeping blocks; tiles_near_obstacles (tiles,). everyone, nobody: counted up, and
-    zeros, where all is visited; listed: whether not all is.
+    into chunks of about equal work. hiding: kernels of `hidden_nodes` where there is an interface, else None.
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
@@ -60,8 +56,6 @@ class TileGrid:
         self.tiles = self.nodes = self.hiding = self.contact = None
         self._rows = defaultdict(Rows)
         self.contact_offset = block_nodes(dim) * most_workers()
-        self.work = self.everyone = int_array([])
-        self.asleep = self.nobody = int_array([])
 
     def rebuild(self, blocks):
         """Follow a new block map."""
@@ -69,16 +63,11 @@ class TileGrid:
         keys, start, tiles_at = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
         self._node_blocks = keys, coordinates, blocks.keys_beside
-        self._tile_table, self.n_tiles, self.n_node_blocks = (start, tiles_at), len(blocks), len(keys)
+        self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
         self.rebuild_contact()
         rows = self._rows
         self.node_coordinates = rows["node_coordinates"].filled(coordinates)
         self.first_tile, self.tiles_at = rows["first_tile"].filled(start), rows["tiles_at"].filled(tiles_at)
-        self.n_work = self.n_node_blocks
-        if self.everyone.shape[0] < max(self.n_tiles, self.n_node_blocks):
-            self.everyone = int_array(np.arange(int(1.25 * max(self.n_tiles, self.n_node_blocks)) + 8))
-            self.nobody = int_array(np.zeros(self.everyone.shape[0]))
-        self.work, self.asleep, self.listed = self.everyone, self.nobody, False
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start) + NODE_BLOCK_COST))
         self.active_nodes = self._whole_tiles(self.n_tiles)
         self.tiles = self._reserved(self.tiles, self.n_tiles * TILE[dim] ** dim)
@@ -99,44 +88,6 @@ class TileGrid:
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
                 surface.prepare(self, slots)
-        self.tiles_near_obstacles = self._near_obstacles()
-
-    def _near_obstacles(self):
-        """Tiles (n_tiles,) that hold nodes near an obstacle."""
-        if not any(surface.tracked for surface in self.surfaces):
-            return np.zeros(self.n_tiles, bool)
-        near = np.zeros(self.n_node_blocks, bool)
-        for surface, slots in zip(self.surfaces, self.contact.of_surface, strict=True):
-            if surface.tracked:
-                near |= slots != FREE
-        return self.tiles_around(np.flatnonzero(near))
-
-    def held_blocks(self, asleep, names):
-        """Of the node blocks that tiles of awake and of sleeping blocks reach: numbers, keys, and the sums of `names`
-        (n_tiles,) over the sleeping ones, which tell one pattern of them from another."""
-        start, tiles_at = self._tile_table
-        sums = np.add.reduceat(np.where(asleep, names, 0)[tiles_at[:, 0]], start[:-1])
-        awake = np.logical_or.reduceat(~asleep[tiles_at[:, 0]], start[:-1])
-        chosen = np.flatnonzero(awake & (sums != 0))
-        return chosen, self._node_blocks[0][chosen], sums[chosen]
-
-    def tiles_around(self, numbers):
-        """Tiles (n_tiles,) that reach node blocks of these numbers."""
-        start, tiles_at = self._tile_table
-        near, found = np.zeros(self.n_node_blocks, bool), np.zeros(self.n_tiles, bool)
-        near[numbers] = True
-        found[tiles_at[np.repeat(near, np.diff(start)), 0]] = True
-        return found
-
-    def visit(self, asleep):
-        """Leave out the node blocks that only tiles of sleeping blocks reach; asleep (n_tiles,). -> contact blocks that
-        have to be emptied."""
-        start, tiles_at = self._tile_table
-        reached = np.logical_or.reduceat(~asleep[tiles_at[:, 0]], start[:-1]) if len(tiles_at) else np.zeros(0, bool)
-        work, self.listed = np.flatnonzero(reached), bool(asleep.any())
-        self.work, self.n_work, self.asleep = int_array(work), len(work), int_array(asleep)
-        self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start)[work] + NODE_BLOCK_COST))
-        return self.contact.visit(reached)
 
     def apply_contact(self, dx, but=()):
         """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks; but:

@@ -7,20 +7,16 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, worker
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.mpm.node import MASS, SECOND, block_nodes, node_mask, node_vector
-from snowmpm.mpm.picker import picker
 from snowmpm.particles.blocks import EDGE, step_along
 
 
 @functools.cache
-def grid_kernels(dim, real, flip, serial, sleeping=False):
+def grid_kernels(dim, real, flip, serial):
     """`update_grid` advances the nodes: v = p / m + dt g, loads; `write_back` hands contact blocks back to the tiles.
 
     The velocity replaces the momentum; contact blocks (`ContactBlocks`) keep theirs until surfaces have acted.
 
-    flip: nodes have a second half (`mpm.node`); serial: by one thread;
-    sleeping: tiles that are `asleep` count for nothing, and the nodes that their particles reach are held at rest
-    (`mpm.sleep`), by the impulse `held` for all; held_of: a part of it, and all, on each node block; `work` names the
-    blocks to visit.
+    flip: nodes have a second half (`mpm.node`); serial: by one thread.
 
     A node block adds up what the tiles around it hold of it, in the order of the steps to them, in a scratch block of
     its worker that stays in the nearest cache, advances its nodes, and writes them back to the tiles; only the boxes
@@ -30,7 +26,6 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
     of_node, mask = node_vector(real, flip), node_mask(flip)
     n_nodes = block_nodes(dim)
     stride = tile_strides(dim)
-    pick = picker(sleeping)
 
     @ti.func
     def common_box(active_nodes: ti.template(), tile, step):
@@ -45,17 +40,13 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
 
     @ti.func
     def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
-                 active_nodes: ti.template(), nodes: ti.template(), sums, tiles: ti.template(),
-                 asleep: ti.template()):
+                 active_nodes: ti.template(), nodes: ti.template(), sums, tiles: ti.template()):
         """Add a node block's copies up in `nodes`, or write them back; -> whether there are any, and the box of nodes
         that holds them."""
         found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
         for e in range(first_tile[n], first_tile[n + 1]):
             tile, step = tiles_at[e, 0], tiles_at[e, 1]
-            counts = active_nodes[tile, 6] & step == step  # most tiles around do not come here
-            if ti.static(sleeping):
-                counts = counts & (asleep[tile] == 0)
-            if counts:
+            if active_nodes[tile, 6] & step == step:  # most tiles around do not come here
                 first, last, address = common_box(active_nodes, tile, step)
                 if ti.static(gathering):
                     if found == 0:
@@ -80,28 +71,6 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
         return found, least, most
 
     @ti.func
-    def hold(n, first_tile: ti.template(), tiles_at: ti.template(), active_nodes: ti.template(),
-             nodes: ti.template(), sums, asleep: ti.template(), changes: ti.template()):
-        """Stop the nodes of a block that sleeping particles reach; -> the impulse of that. changes: FLIP's changes of
-        velocity are there already, and follow."""
-        held = ti.Vector.zero(ti.f64, dim)
-        for e in range(first_tile[n], first_tile[n + 1]):
-            if asleep[tiles_at[e, 0]] == 1:
-                first, last, _address = common_box(active_nodes, tiles_at[e, 0], tiles_at[e, 1])
-                for i, j in ti.ndrange((first[0], last[0]), (first[1], last[1])):
-                    for k in range(first[2], last[2]):
-                        q = sums + (i * edge + j) * edge + k
-                        node = nodes[q]
-                        if node[MASS] > 0.0:
-                            for a in ti.static(range(dim)):
-                                held[a] -= ti.cast(node[MASS] * node[a], ti.f64)
-                                if ti.static(changes):
-                                    node[SECOND + a] -= node[a]
-                                node[a] = 0.0
-                            nodes[q] = node
-        return held
-
-    @ti.func
     def load_velocity(x, dt, loads: ti.template(), n_loads):
         """Velocity that the local loads add at a node."""
         v = ti.Vector.zero(real, dim)
@@ -120,8 +89,7 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                     first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
                     contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
                     damping_factor: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
-                    n_node_blocks: int, chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray(),
-                    asleep: ti.types.ndarray(), held_of: ti.types.ndarray(), held: ti.types.ndarray()):
+                    n_node_blocks: int, chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -129,13 +97,11 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                 g = ti.Vector.zero(real, dim)
                 for a in ti.static(range(dim)):
                     g[a] = ti.cast(gravity[a], real)
-                for w in range(first, last):
-                    n = pick(work, w)
+                for n in range(first, last):
                     impulse = ti.Vector.zero(ti.f64, dim)
                     touching = contact[n]
                     sums = ti.select(touching >= 0, contact_offset + touching * n_nodes, worker(i) * n_nodes)
-                    found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles,
-                                                  asleep)
+                    found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles)
                     if touching >= 0 and found == 0:
                         for q in range(n_nodes):
                             nodes[sums + q] = of_node(0.0)
@@ -168,55 +134,32 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                         iy += 1
                         if iy == most[1]:
                             ix, iy = ix + 1, least[1]
-                    if ti.static(sleeping):
-                        stopped = ti.Vector.zero(ti.f64, dim)
-                        if found == 1 and touching < 0:
-                            stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, flip)
-                        elif found == 1:
-                            stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, False)
-                        for a in ti.static(range(dim)):
-                            held_of[n, a], held_of[n, dim + a] = stopped[a], stopped[a]
                     if found == 1 and touching < 0:
-                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, asleep)
+                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
         ti.loop_config(serialize=ti.static(in_order()))
-        for w in range(n_node_blocks):
-            n = pick(work, w)
+        for n in range(n_node_blocks):
             for a in ti.static(range(dim)):
                 total[a] += impulse_of[n, a]
-                if ti.static(sleeping):
-                    held[a] += held_of[n, a]
 
     @taichi_kernel
     def write_back(tiles: ti.types.ndarray(dtype=of_node, ndim=1), active_nodes: ti.types.ndarray(),
                    nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
-                   chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray(), n_work: int, asleep: ti.types.ndarray(),
-                   held_of: ti.types.ndarray(), held: ti.types.ndarray()):
+                   chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
-                for w in range(first, last):
-                    c = pick(work, w)
+                for c in range(first, last):
                     sums, n = contact_offset + c * n_nodes, node_block[c]
-                    if ti.static(sleeping):
-                        stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, False)
-                        for a in ti.static(range(dim)):
-                            held_of[n, a] = stopped[a]
-                            held_of[n, dim + a] += stopped[a]
                     if ti.static(flip):
                         for q in range(n_nodes):
                             node = nodes[sums + q]
                             for a in ti.static(range(dim)):
                                 node[SECOND + a] = node[a] - node[SECOND + a]
                             nodes[sums + q] = node
-                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, asleep)
-        if ti.static(sleeping):
-            ti.loop_config(serialize=ti.static(in_order()))
-            for w in range(n_work):
-                for a in ti.static(range(dim)):
-                    held[a] += held_of[node_block[pick(work, w)], a]
+                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles)
 
     return update_grid, write_back

@@ -15,12 +15,12 @@ class InterfaceLayer:
         """solver: `MpmSolver` with its particles and grid; population: `Population` with interfaces; laws: one per
         material index; serial: see `compiler.parallel.runs_serially`.
 
-        Raises InputError for a transfer without FLIP, sleeping snow and bodies that part.
+        Raises InputError for a transfer without FLIP and bodies that part.
         """
         if not solver.flip:
             raise InputError('solver.transfer: must be "flip" or "aflip" beside an interface')
-        if solver.sleep or solver.grid.bodies:
-            raise InputError("bodies: an interface goes neither with sleeping snow nor with bodies that part")
+        if solver.grid.bodies:
+            raise InputError("bodies: an interface does not go with bodies that part")
         lift = population.interface[:, lift_at(solver.dim)].max(initial=0.0) / solver.dx
         self._rate = stiffest(population, laws, solver.dim) * swing(lift, STENCILS[solver.basis].inverse_second_moment)
         self._impulse = InterfaceImpulse(solver.particles, serial)

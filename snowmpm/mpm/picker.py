@@ -1,4 +1,4 @@
-"""Lists of work: a step visits all blocks, or those that a list names (`mpm.sleep`)."""
+"""Lists of work: surfaces act on all contact blocks, or on those that a list names."""
 
 import functools
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.parallel import runs_serially
-from snowmpm.errors import InputError
 from snowmpm.mpm.boundary import Boundary
 from snowmpm.mpm.companions import Companions
 from snowmpm.mpm.contact.body_contact import BodyContact
@@ -15,7 +14,6 @@ from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.grid_update import grid_kernels
-from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -34,14 +32,12 @@ PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
 class MpmSolver(Solver):
     """Particles, their grid, and one step of both."""
 
-    _all_scatter = False
-
     BAD = "is no longer finite, turned inside out or crossed more than a cell in a step"
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 sleeping=0.0, expected=0, phases=None, f_bar=False):
+                 expected=0, phases=None, f_bar=False):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -53,11 +49,10 @@ class MpmSolver(Solver):
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
-        sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
-        be, of a solver that receives some. phases: `mixture.two_velocities.TwoVelocities` of a population whose
-        velocity fields are those of grains and of water, by a transfer with FLIP. f_bar: the particles of a cell change
-        their volume as one, "whole": deform as one (`mpm.dilation`).
-        Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
+        expected: how many particles there will be, of a solver that receives some. phases:
+        `mixture.two_velocities.TwoVelocities` of a population whose velocity fields are those of grains and of water,
+        by a transfer with FLIP. f_bar: the particles of a cell change their volume as one, "whole": deform as one
+        (`mpm.dilation`).
         """
         self.dim = dim = len(origin)
         self.dx, self.precision, self._real = dx, precision, runtime.DTYPES[precision][0]
@@ -88,10 +83,6 @@ class MpmSolver(Solver):
         self._phases = phases
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
-        if sleeping and (self.atomic or bodies):
-            raise InputError(f"solver.sleeping = {sleeping:g}: must be 0 " + (
-                "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
-        self.sleep = Sleep(self, sleeping, self.particles.layout, self._real, kernel) if sleeping else None
         self.companions = Companions(self, population, laws, f_bar, self._serial)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
@@ -104,15 +95,13 @@ class MpmSolver(Solver):
     def of(cls, population, laws, options, **setting):
         """Of the choices of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
         return cls(population, laws, kernel=options.kernel, gradient=options.gradient, transfer=options.transfer,
-                   flip_ratio=options.flip_ratio, sleeping=options.sleeping, f_bar=options.f_bar, **setting)
+                   flip_ratio=options.flip_ratio, f_bar=options.f_bar, **setting)
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
     def step(self, dt):
         """Advance by dt [s]."""
         with runtime.precision(self.precision):
-            if self.sleep:
-                self.sleep.before_step()
             if self.particles.strayed:
                 self.sort()
             if self._phases:
@@ -120,19 +109,14 @@ class MpmSolver(Solver):
             pushed = self._act(dt)
             if self.boundary.basal:
                 self.boundary.basal.update(self.particles, self.extremes.speed * dt)
-            if self.sleep and self.sleep.all_asleep:
-                self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
-            else:
-                self.companions.before_scatter(pushed)
-                for act in self.adapters.before_scatter:
-                    act(pushed)
-                self.particles_to_grid(pushed)
-                for act in self.adapters.after_scatter:
-                    act(dt, pushed)
-                self.update_grid(dt, pushed)
-                self.grid_to_particles(dt)
-            if self.sleep and self.damping_factor == 1.0:
-                self.sleep.after_step(dt, pushed, self._reports, self._held[0])
+            self.companions.before_scatter(pushed)
+            for act in self.adapters.before_scatter:
+                act(pushed)
+            self.particles_to_grid(pushed)
+            for act in self.adapters.after_scatter:
+                act(dt, pushed)
+            self.update_grid(dt, pushed)
+            self.grid_to_particles(dt)
         self._advance_clock(dt, pushed)
 
     @property
@@ -140,19 +124,6 @@ class MpmSolver(Solver):
         """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
         between = self.grid.bodies.lost if self.grid.bodies else 0.0
         return float(between + self.boundary.work)
-
-    @property
-    def held_impulse(self):
-        """Impulse that keeps sleeping snow at rest [N s]."""
-        return self.sleep.impulse if self.sleep else 0.0
-
-    @property
-    def totals(self):
-        """`Totals` as they are now."""
-        if not self.sleep:
-            return super().totals
-        return replace(super().totals, held_impulse=self.sleep.impulse.copy(), slept_energy=self.sleep.energy,
-                       asleep=self.sleep.share)
 
     @property
     def obstacle_totals(self):
@@ -167,9 +138,8 @@ class MpmSolver(Solver):
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
-        scatter = self._scatter[grid.listed]
-        scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
-                grid.tiles, dt, self.dx, grid.n_tiles, *work)
+        self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners,
+                      grid.active_nodes, grid.tiles, dt, self.dx, grid.n_tiles, *work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -177,18 +147,15 @@ class MpmSolver(Solver):
         place = self.time + dt if self.damping_factor == 1.0 else -1.0
         if self.boundary.move_to(place):
             grid.rebuild_contact()
-            if self.sleep:
-                self.sleep.list_work()
-        update, write_back = self._update[grid.listed]
+        update, write_back = self._update
         update(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
-               self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
-               grid.work, grid.asleep, *self._held)
+               self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_node_blocks,
+               grid.node_chunk_bounds)
         if grid.contact.n:
             def to_tiles():
                 write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
-                           grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
-                           grid.contact.n_work, grid.asleep, *self._held)
+                           grid.tiles_at, grid.contact.node_block, grid.contact.chunk_bounds)
 
             if self._phases:
                 grid.bodies.begin(dt, pushed, self.gravity, held=self.damping_factor < 1.0)
@@ -215,16 +182,12 @@ class MpmSolver(Solver):
         self.companions.before_gather(dt)
         for act in self.adapters.before_gather:
             act(dt)
-        gather = self._gather[grid.listed]
-        gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
-               grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
-               self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
+        self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
+                     owners, grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
+                     grid.n_tiles, *work)
         self.companions.after_gather(dt)
         for act in self.adapters.after_gather:
             act(dt)
-        if self.sleep:
-            stiff = [step_report.STRAIN, step_report.WAVE2]
-            report[stiff] = np.maximum(report[stiff], self.sleep.floors)
         self._read(report)
 
     @property
@@ -271,36 +234,20 @@ class MpmSolver(Solver):
             self._reports = ti.ndarray(ti.f64, (int(1.25 * len(blocks)) + 8, step_report.N_REPORT))
         if self._impulses is None or self._impulses.shape[0] < max(1, self.grid.n_node_blocks):
             self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim))
-            held_of = ti.ndarray(ti.f64, (self._impulses.shape[0] if self.sleep else 1, 2 * self.dim))
-            self._held = held_of, self.sleep.impulse if self.sleep else np.zeros(self.dim)
-        if self.sleep:
-            self.sleep.follow()
 
     def _work(self):
-        """Which block owns which particles, and how the work is cut: first particles, chunks for the threads of a CPU
-        and a list of blocks, where not all are visited; or the block of each particle and their number."""
+        """Which block owns which particles, and how the work is cut: first particles and chunks for the threads of a
+        CPU; or the block of each particle and their number."""
         particles = self.particles
         if self.atomic:
             return particles.block_of, particles.count
-        if self.sleep and not self._all_scatter:
-            return particles.start, self.sleep.chunk_bounds, self.sleep.tiles
-        return particles.start, particles.chunk_bounds, self.grid.everyone
+        return particles.start, particles.chunk_bounds
 
     def _begin_damping(self):
         self._usual_flip_ratio, self.flip_ratio = self.flip_ratio, 0.0  # FLIP would keep noise that no node sees
 
     def _end_damping(self):
         self.flip_ratio = self._usual_flip_ratio
-
-    def sever(self, line, radius, numbers, state):
-        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan: no
-        stress, and the law's severed `state`; -> how many."""
-        if self.sleep:
-            self.sleep.before_step()
-        hit = super().sever(line, radius, numbers, state)
-        if self.sleep:
-            self.sleep.stir_along(line, radius)
-        return hit
 
     def _step_at(self, elastic, advective):
         dt, cause = super()._step_at(elastic, advective)
@@ -314,13 +261,10 @@ class MpmSolver(Solver):
     def _bind_kernels(self):
         layout, real, flip, moves = self.particles.layout, self._real, self.flip, self._hands_on
         scheme = self.atomic, flip, self.basis, self._gradient, moves, self._serial
-        # By whether a list names the blocks to visit: while nothing sleeps, a step is that of snow that cannot
-        both = (False, True) if self.sleep else (False,)
-        self._scatter = [scatter_kernel(layout, real, *scheme, lists) for lists in both]
-        self._update = [grid_kernels(self.dim, real, flip, self._serial, lists) for lists in both]
-        self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
-        self.boundary.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None,
-                           self._phases is not None)
+        self._scatter = scatter_kernel(layout, real, *scheme)
+        self._update = grid_kernels(self.dim, real, flip, self._serial)
+        self._gather = gather_kernel(layout, real, self.materials.functions, *scheme)
+        self.boundary.bind(real, self.basis, flip, self._serial, self._phases is not None, self._phases is not None)
 
     def _meeting_bodies(self, population, friction):
         """`FieldPairs` of a population with several velocity fields, else None."""
@@ -347,9 +291,7 @@ class MpmSolver(Solver):
         with runtime.precision(self.precision):
             if self.particles.strayed:
                 self.sort()
-            self._all_scatter = True
             self.particles_to_grid(0.0)
-            self._all_scatter = False
         return grid_kinetic_energy(self.grid)
 
     def null_space_noise(self, energy):
@@ -378,16 +320,13 @@ class MpmSolver(Solver):
         self.boundary.restart()
         if self.grid.bodies:
             self.grid.bodies.totals[:] = 0.0
-        if self.sleep:
-            self.sleep.restart()
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
         return {**super().state(), "surfaces": self.boundary.state(),
-                "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1),
-                **({"sleep": self.sleep.state()} if self.sleep else {})}
+                "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -395,8 +334,6 @@ class MpmSolver(Solver):
         Raises InputError when it does not fit.
         """
         super().restore(state)
-        if self.sleep:
-            self.sleep.restore(state["sleep"])
         self._rebuild_for_blocks()
         self.boundary.restore(state["surfaces"], self.particles)
         if self.grid.bodies:

@@ -36,10 +36,6 @@ HISTORY = (
     Quantity("elastic_energy", "elastic energy", "J", "Elastic energy stored in the snow, by its laws.", AUDIT),
     Quantity("potential_energy", "potential energy", "J", "Sum of -m g.x, from the first centre of mass.", AUDIT),
     Quantity("plastic_work", "plastic work", "J", "Work dissipated in the snow since the start.", AUDIT),
-    Quantity("slept_energy", "motion of snow that fell asleep", "J", "Kinetic energy that snow had when it fell "
-             "asleep, since the start. Only with solver.sleeping.", AUDIT),
-    Quantity("asleep_share", "snow asleep", "share", "Mass of the snow that sleeps over all. Only with "
-             "solver.sleeping.", AUDIT),
     Quantity("contact_work", "work taken by contact", "J", "Energy that ground and obstacles took since the start.",
              AUDIT),
     Quantity("force_work", "work of forces", "J", "Work that prescribed accelerations, pressures, tractions and "

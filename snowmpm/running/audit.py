@@ -9,7 +9,7 @@ repeat; there it is minus the work that gravity has done,
 
 which is -m g.(displacement of the centre of mass), however often the snow has crossed the domain. The remainder is the
 dissipation of the scheme itself: energy at the start minus energy now, plus the work of the scene's forces, minus
-plastic work, work taken by contact and damping, energy that left the domain, and the motion of snow that fell asleep.
+plastic work, work taken by contact and damping, and energy that left the domain.
 
 Null-space noise: the share of the kinetic energy of the particles, affine part included, that the grid cannot see,
 
@@ -190,9 +190,7 @@ class Audit:
         given = row["force_work"] + row.get("water_work", 0.0)
         row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
-            self.past.handover_energy if self.past else 0.0) - totals.handover_energy - totals.slept_energy
-        if totals.asleep is not None:
-            row["slept_energy"], row["asleep_share"] = totals.slept_energy, totals.asleep
+            self.past.handover_energy if self.past else 0.0) - totals.handover_energy
         if totals.contact_lines is not None:
             row["contact_lines"], row["contact_spared"] = totals.contact_lines, totals.contact_spared
         turned = sum(abs(row.get(name, 0.0)) for name in TURNED)
@@ -252,7 +250,7 @@ class Audit:
         left = self._solver.particles.removed["momentum"]
         # What acts on a body at rest cancels with what holds it: each counts for its own size
         given = [impulse for adapter in self._solver.adapters for impulse in adapter.impulses()]
-        others = totals.impulse + totals.held_impulse - sum(given)
+        others = totals.impulse - sum(given)
         parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -others, *(-one for one in given)]
         size = max(sum(np.linalg.norm(part) for part in parts), least)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0

@@ -36,7 +36,7 @@ def _refuse_beside(scene, key, points):
         allowed = " or ".join(f'"{name}"' for name, transfer in TRANSFERS.items() if transfer.flip)
         raise InputError.at(key, points, f'needs solver.transfer = {allowed} in place of "{solver.transfer}"',
                             scene.source)
-    beside = {"solver.sleeping": solver.sleeping > 0.0, "switch": scene.switch, "zone": scene.zone,
+    beside = {"switch": scene.switch, "zone": scene.zone,
               "water": scene.water, "initial.from": scene.initial.from_run is not None,
               'bodies with contact = "separate"': any(body.contact == "separate" for body in scene.bodies),
               'initial.relaxation = "static"': scene.initial.relaxation == "static"}

@@ -23,8 +23,6 @@ def demands(scene, later=False):
     that takes over, when the start and the events are over."""
     yield "dimensions", scene.dimension, "dimension", scene.dimension
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
-    if scene.solver.sleeping > 0.0:
-        yield "sleeping", True, "solver.sleeping", scene.solver.sleeping
     if BASES[scene.solver.kernel].box:
         yield "averaged_hats", True, "solver.kernel", scene.solver.kernel
     if scene.solver.f_bar:
@@ -133,7 +131,6 @@ def refuse_beyond(scene):
         _refuse_zone(scene)
     if scene.water:
         refuse_beside_water(scene)
-    _refuse_sleeping(scene)
     _refuse_free(scene)
     refuse_interfaces(scene)
     _refuse_f_bar(scene)
@@ -158,8 +155,6 @@ def _refuse_zone(scene):
     if inner.plan or not inner.receives:
         raise InputError.at("zone.solver.method", scene.zone.solver.method, f"must be {' or '.join(others)}",
                             scene.source)
-    if scene.zone.solver.sleeping > 0.0:
-        raise InputError.at("zone.solver.sleeping", scene.zone.solver.sleeping, "must be 0 in a zone", scene.source)
     beside = {"switch.0.to": scene.switch and scene.switch[0].to, "water.scheme": scene.water and scene.water.scheme,
               "initial.from": scene.initial.from_run}
     for key, value in beside.items():
@@ -190,8 +185,7 @@ def _refuse_f_bar(scene):
     """Raise InputError for a pressure in or around snow whose cells change their volume as one, and in explicit steps
     for what leaves particles out of them."""
     if scene.solver.f_bar:
-        beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
-                  "solver.sleeping": scene.solver.sleeping > 0.0}
+        beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies)}
         if found := [name for name, there in beside.items() if there]:
             raise InputError.at("solver.f_bar", scene.solver.f_bar, f"must be false beside {' and '.join(found)}",
                                 scene.source)
@@ -210,8 +204,7 @@ def averaged(scene):
 def _refuse_averaging(scene):
     """Raise InputError for a loss of strength that is averaged, beside what leaves particles out of the average."""
     for name, law in averaged(scene).items():
-        beside = {"solver.sleeping": scene.solver.sleeping > 0.0,
-                  'initial.relaxation = "static"': scene.initial.relaxation == "static",
+        beside = {'initial.relaxation = "static"': scene.initial.relaxation == "static",
                   "an interface": any(body.interface and body.material == name for body in scene.bodies)}
         if found := [what for what, there in beside.items() if there]:
             raise InputError.at(f"materials.{name}.nonlocal_length", law.averaging_length,
@@ -261,20 +254,6 @@ def _refuse_beside_components(scene):
             raise InputError.at(key, value, f"does not go with {' and '.join(found)}", scene.source)
         if component.refuse:
             component.refuse(scene)
-
-
-def _refuse_sleeping(scene):
-    """Raise InputError for snow that may sleep beside something that would have to wake it, or that it would hide."""
-    if not scene.solver.sleeping > 0.0:
-        return
-    beside = {"forces": scene.forces, "damping": scene.damping,
-              "gravity that changes": isinstance(scene.gravity, Gravity), "a saw test": scene.saw_test,
-              "switch": scene.switch, "water": scene.water,
-              "structures": scene.structures, "free obstacles": any(obstacle.free for obstacle in scene.obstacles),
-              'bodies with contact = "separate"': any(body.contact == "separate" for body in scene.bodies)}
-    if found := [name for name, there in beside.items() if there]:
-        raise InputError.at("solver.sleeping", scene.solver.sleeping, f"must be 0 beside {' and '.join(found)}",
-                            scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

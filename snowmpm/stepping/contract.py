@@ -31,8 +31,7 @@ class Totals:
     momentum_gain: time integral of all momentum that came in (dim,) [N s2], needed where the domain is periodic;
     plastic_work and contact_work: energy taken by the laws and by contact [J]; handover_energy [J]: lost where snow
     went from one method to another, of two that work at the same time; yielding: number of particles that yielded in
-    the last step; held_impulse (dim,) [N s], slept_energy [J] and asleep, share of the mass: what keeps snow that
-    sleeps at rest, the kinetic energy that it had, and how much sleeps now; None where no snow can sleep;
+    the last step;
     contact_lines: lines of nodes that touched a surface in steps that are solved for, added up over the steps, and
     contact_spared of them, which a rule settled; None where states of contact are not sought.
     """
@@ -43,9 +42,6 @@ class Totals:
     plastic_work: float = 0.0
     contact_work: float = 0.0
     yielding: int = 0
-    held_impulse: Floats | float = 0.0
-    slept_energy: float = 0.0
-    asleep: float | None = None
     handover_energy: float = 0.0
     contact_lines: int | None = None
     contact_spared: int = 0

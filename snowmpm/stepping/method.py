@@ -40,9 +40,6 @@ class Solver(Method):
     BAD = ""
     """What a particle that ended the simulation did, for the message."""
 
-    held_impulse = 0.0
-    """Impulse that keeps sleeping snow at rest [N s] (dim,), of a method that has it."""
-
     DAMPED_IMPULSE = True
     """Whether terrain and sides carry what damping leaves, while an initial state settles, or all that there was."""
 
@@ -119,8 +116,7 @@ class Solver(Method):
             with runtime.precision(self.precision):
                 self.water.close(self, dt)
         if self.particles.repeats.any():
-            self.momentum_gain += dt * (self.weight_impulse + self.impulse + self.held_impulse
-                                        - self.particles.removed["momentum"])
+            self.momentum_gain += dt * (self.weight_impulse + self.impulse - self.particles.removed["momentum"])
         # While the snow settles, all that moves in it is held
         if self.movers and self.damping_factor == 1.0:
             totals = self.obstacle_totals

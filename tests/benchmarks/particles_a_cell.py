@@ -8,7 +8,7 @@ front: mean over time of the difference of the front from the reference's [m]; d
 plan cells of 5 cm at the end, over all.
 """
 
-from sleeping_chart import command, compared, ran, rounded
+from collapse_chart import command, compared, ran, rounded
 
 REFERENCE = 0.0125, 8
 CASES = [(dx, per_cell) for dx in (0.04, 0.025, 1.0 / 60.0) for per_cell in (2, 4, 8, 27)]
@@ -16,7 +16,7 @@ CELL = 0.05
 
 
 def of(dx, per_cell):
-    """`sleeping_chart.ran` of a case."""
+    """`collapse_chart.ran` of a case."""
     return ran({"solver.dx": dx, "solver.particles_per_cell": per_cell}, CELL)
 
 

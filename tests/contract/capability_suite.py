@@ -240,22 +240,6 @@ def _is_recorded(simulation):
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
 
 
-def _lying(method):
-    """Snow between smooth walls that has settled, and may sleep."""
-    dim = given.least_dimension(method)
-    sides = {f"{axis}_{end}": "slip" for axis in ("xz" if dim == 2 else "xyz") for end in ("min", "max")}
-    walls = {"min": given.point(dim, 0.0, 0.0, 0.0), "max": given.point(dim, given.SIDE, 2 * given.SIDE, given.SIDE),
-             "boundary": sides | {"z_max": "open"}}
-    return _free(method, solver={"sleeping": 0.05}, gravity=given.G, domain=walls,
-                 initial={"stress": "settle", "tolerance": 0.01})
-
-
-def _sleeps(simulation):
-    while simulation.time < 0.5 and simulation.audit()["asleep_share"] < 1.0:
-        steps(simulation, 20)
-    assert simulation.audit()["asleep_share"] == 1.0 and simulation.audit()["momentum_residual"] < 1e-11
-
-
 def _squeezed(method):
     """Snow on a smooth floor that nothing has settled yet, whose cells change their volume as one."""
     dim = given.least_dimension(method)
@@ -376,7 +360,6 @@ CAPABILITIES = {
     "separate_bodies": Asked(_two_bodies, _parted),
     "interfaces": Asked(_on_interface, _is_carried),
     "saw_test": Asked(_saw, _is_recorded),
-    "sleeping": Asked(_lying, _sleeps),
     "f_bar": Asked(_squeezed, _has_one_volume_a_cell),
     "averaging": Asked(_remoulded, _has_lost_strength_everywhere),
     "averaged_hats": Asked(_on_hats, _stopped),

@@ -175,7 +175,6 @@ BINGHAM = {"law": "bingham", "yield_stress": 1e3, "viscosity": 10.0}
 @pytest.mark.parametrize(("changes", "says"), [
     ({"zone": {"solver": {"dx": 0.5, "method": "sph"}}}, "zone.solver.method = 'sph': must be \"mpm\""),
     ({"zone": {"solver": {"dx": 0.5, "method": "depth"}}}, "zone.solver.method = 'depth': must be \"mpm\""),
-    ({"zone": {"solver": {"dx": 0.5, "sleeping": 0.01}}}, "zone.solver.sleeping = 0.01: must be 0"),
     ({"solver": {"method": "mpm", "dx": 0.5}}, "solver.method = 'mpm': must be \"depth\" around a zone"),
     ({"region": {"x": [50.0, 60.0]}}, "zone.region: holds the middle of no cell"),
     ({"terrain": {"kind": "plane", "angle": 30.0, "contact": "separate", "friction": 0.3, "deposition": {"time": 1.0}}},

@@ -58,7 +58,6 @@ shape = { kind = "layer", bottom = 0.0, top = 0.4, region = { x = [0.0, 1.0] } }
                                                             " rate = 0.01"),
     ({"terrain.contact": "separate", "terrain.friction": {"law": "voellmy", "mu": 0.2, "xi": 1e3}}, "terrain.friction"),
     ({"events": [{"kind": "drainage", "border": "ground", "becomes": "drained"}]}, "events.0.kind"),
-    ({"solver.sleeping": 0.1}, "solver.sleeping"),
 ])
 def test_what_is_refused(changes, key, tmp_path):
     (tmp_path / "slush.toml").write_text(SCENE)

@@ -154,7 +154,6 @@ def scene(material=(), body=(), **changes):
 
 
 @pytest.mark.parametrize(("changes", "word"), [
-    ({"solver": {"dx": 0.1, "sleeping": 0.1}}, "solver.sleeping"),
     ({"solver": {"dx": 0.1, "method": "implicit", "precision": "f64"}}, "implicit"),
     ({"initial": {"stress": "settle", "relaxation": "static"}}, "static")])
 def test_what_leaves_particles_out_is_refused(changes, word):

@@ -112,7 +112,6 @@ def test_what_cannot_be_is_refused_in_two_lines(change, words):
 @pytest.mark.parametrize(("more", "words"), [
     ({"domain": {"min": [-1.0, -0.5], "max": [3.0, 2.0], "boundary": {"x_min": "periodic", "x_max": "periodic"}}},
      "does not go with periodic"),
-    ({"solver": {"dx": 0.1, "sleeping": 0.05}}, "must be 0 beside free obstacles"),
 ])
 def test_what_does_not_know_bodies_is_refused(more, words):
     with pytest.raises(InputError, match=words):

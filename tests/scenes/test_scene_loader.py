@@ -120,3 +120,10 @@ def test_library_scenes_load_and_say_what_they_show():
     assert set(scenes) == {path.stem for path in FOLDER.glob("*.toml")}
     for name, text in scenes.items():
         assert len(text) > 20, f"{name}: the first comment line says what the scene shows"
+
+
+def test_a_key_of_an_earlier_version(scene_file):
+    """With the value that changed nothing, as resolved scenes have it, it is left out; else what to do is said."""
+    assert load_scene(scene_file, {"solver.sleeping": 0.0}).solver == load_scene(scene_file).solver
+    with pytest.raises(InputError, match=r'solver.sleeping = 0.01: was removed, .* initial.relaxation = "static"'):
+        load_scene(scene_file, {"solver.sleeping": 0.01})

@@ -14,7 +14,6 @@ from snowmpm.advice.cautions import (  # noqa: F401
     round_off,
     saw_column,
     shallow,
-    sleeping,
     soaked,
     softening,
     sph_sums,

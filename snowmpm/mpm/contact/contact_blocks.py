@@ -16,8 +16,8 @@ class ContactBlocks:
 
     index[node block]: contact block or FREE, and node_block, its inverse; coordinates (n, dim); neighbours
     (n, 2 dim): contact block one step back and ahead along each axis; slots[surface]: what `contact_kernel` takes, of
-    contact blocks, None of a surface far from all, of_surface[surface]: of all node blocks (NumPy). work (n_work,),
-    work_bounds: the contact blocks that a step visits, cut into chunks. Tables may have more rows, which mean nothing;
+    contact blocks, None of a surface far from all, of_surface[surface]: of all node blocks (NumPy). chunk_bounds: the
+    contact blocks, cut into chunks; everyone: counted up. Tables may have more rows, which mean nothing;
     they and those of `earlier` contact blocks, which end with this, are the same memory.
     """
 
@@ -41,7 +41,7 @@ class ContactBlocks:
                 if len(chosen):
                     neighbours[:, 2 * axis + side] = np.where(keys[at] == wanted, index[at], FREE)
         self.n = len(chosen)
-        self._numbers, self._beside = chosen, neighbours
+        self._numbers = chosen
         self._rows = rows = earlier._rows if earlier else defaultdict(Rows)
         self.node_block = rows["node_block"].filled(chosen)
         self.index_of = index
@@ -51,9 +51,8 @@ class ContactBlocks:
         self.active = [bool((slots != FREE).any()) for slots in of_surface]
         self.slots = [rows[k].filled(slots[chosen]) if self.active[k] else None for k, slots in enumerate(of_surface)]
         self.of_surface = of_surface
-        self.chunk_bounds = self.work_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
-        self.work, self.n_work = rows["work"].filled(np.arange(self.n)), self.n
-        self._full = np.ones(self.n, bool)
+        self.chunk_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
+        self.everyone = rows["everyone"].filled(np.arange(self.n))
         self.layers = ()
         self.part = earlier.part if earlier else None
         if self.part is None or self.part.shape[0] < self.n:
@@ -65,14 +64,3 @@ class ContactBlocks:
         own = fields[self._numbers]
         chosen = [np.flatnonzero(own == field) for field in (0, 1)]
         self.layers = [(int_array(some), int_array(chunk_bounds(np.ones(len(some)))), len(some)) for some in chosen]
-
-    def visit(self, reached):
-        """Leave out those that no snow comes to; reached (m,): node blocks with snow that moves. -> contact blocks that
-        have to be emptied."""
-        full = reached[self._numbers]
-        # A line may begin in a block that only its followers' block knows of; FREE is the last one
-        visited = np.flatnonzero(full | np.append(full, False)[self._beside].any(axis=1))
-        emptied = np.flatnonzero(self._full & ~full)
-        self.work, self.n_work, self._full = int_array(visited), len(visited), full
-        self.work_bounds = int_array(chunk_bounds(np.ones(len(visited))))
-        return emptied.astype(np.int32)

@@ -132,8 +132,8 @@ class Surface:
             joined = self._joined
             self._hold(grid.nodes, grid.contact_offset, blocks.coordinates, joined.ints, joined.numbers, joined.state,
                        self.motion, self.total, joined.n)
-        resolve = self._resolve[grid.listed or bool(blocks.layers)]
-        whole = (blocks.work, blocks.work_bounds, blocks.n_work)
+        resolve = self._resolve[bool(blocks.layers)]
+        whole = (blocks.everyone, blocks.chunk_bounds, blocks.n)
         # Water slips where grains stick or rub, unless it goes with them
         stays = grid.bodies is not None and grid.bodies.held and (self.code == STICK or self.friction > 0.0)
         of_water = STICK if stays else SLIP if self.code == STICK else self.code

@@ -31,15 +31,15 @@ from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STR
 
 
 def gather_kernel(layout, real, laws, atomic, flip, basis="quadratic", gradient="affine", affine=True,
-                  serial=False, lists=False):
+                  serial=False):
     """Kernel of the second half of a step.
 
     laws: `LawFunctions` of a scene.
     atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
-    beside a grad v of the shape functions; serial: by one thread; lists: the blocks that a list names.
+    beside a grad v of the shape functions; serial: by one thread.
     """
     scheme = layout, real, laws, flip, basis, gradient, affine
-    return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial, lists)
+    return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial)
 
 
 @functools.cache

@@ -14,7 +14,6 @@ from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.mpm.dilation import even_functions
 from snowmpm.mpm.node import SECOND, node_mask, node_size, node_vector
-from snowmpm.mpm.picker import picker
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -37,8 +36,8 @@ from snowmpm.stepping.step_report import (
 
 
 @functools.cache
-def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists=False):
-    """Kernel of `gather.gather_kernel` for one block a thread, in fixed order; lists: `blocks` names the blocks."""
+def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
+    """Kernel of `gather.gather_kernel` for one block a thread, in fixed order"""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     of_node, size, mask = node_vector(real, flip), node_size(flip), node_mask(flip)
@@ -48,7 +47,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
-    apply_laws, pick = law_functions(layout, real, laws), picker(lists)
+    apply_laws = law_functions(layout, real, laws)
     layer, evens = interface_functions(dim, real), layout.dilation_size
     even = even_functions(dim, real, evens)
     # What a pack holds, numbers a lane
@@ -237,7 +236,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
                       active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real,
                       dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
-                      chunk_bounds: ti.types.ndarray(), blocks: ti.types.ndarray()):
+                      chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -250,8 +249,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                 found = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(found_columns)}
                 work, iterations, worst, address = blank, count_blank, count_blank, count_blank
                 sums = [blanks for _ in ti.static(range(n_sums))]
-                for turn in range(begin, end):
-                    b = pick(blocks, turn)
+                for b in range(begin, end):
                     clear_found(found, worst)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES
@@ -265,8 +263,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                         write_pack(pack, first, count, reals, places)
                     write_found(found, worst, b, active_nodes, reports)
         ti.loop_config(serialize=True)
-        for turn in range(n_tiles):
-            judged.add_row(reports, pick(blocks, turn), report)
+        for b in range(n_tiles):
+            judged.add_row(reports, b, report)
 
     def gather_packs(*arguments):
         with plain_compilation():

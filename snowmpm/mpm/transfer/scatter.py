@@ -28,16 +28,15 @@ from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
 
-def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False,
-                   lists=False):
+def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
     flip: the internal impulse goes to the second half of a node, since FLIP needs the velocity before it.
     basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP). serial:
-    by one thread, lists: the blocks that a list names, unless atomic.
+    by one thread, unless atomic.
     """
     scheme = layout, real, flip, basis, gradient, affine
-    return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial, lists)
+    return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial)
 
 
 @functools.cache

@@ -14,7 +14,6 @@ from snowmpm.materials.symmetric import entries
 from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.mpm.node import node_mask, node_size, node_vector
-from snowmpm.mpm.picker import picker
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.interface import interface_functions, lift_at
@@ -23,8 +22,8 @@ from snowmpm.particles.store import accessors
 
 
 @functools.cache
-def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lists=False):
-    """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order; lists: `work` names the blocks."""
+def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
+    """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order"""
     dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     of_node, size, mask = node_vector(real, flip), node_size(flip), node_mask(flip)
@@ -32,7 +31,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     joined = layout.interface_size > 0
-    parts, pick = spreading(dim, real, basis, gradient, flip, affine, False, joined), picker(lists)
+    parts = spreading(dim, real, basis, gradient, flip, affine, False, joined)
     layer = interface_functions(dim, real)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
@@ -112,7 +111,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
     def scatter_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                        materials: ti.types.ndarray(), start: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real, dx: real, n_tiles: int,
-                       chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray()):
+                       chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -123,8 +122,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 vectors = [blanks for _ in ti.static(range(parts.n_vectors))]
                 address = ti.Vector.zero(ti.i32, LANES)
-                for turn in range(begin, end):
-                    b = pick(work, turn)
+                for b in range(begin, end):
                     clear_box(tiles, active_nodes, b)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES

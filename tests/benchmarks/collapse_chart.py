@@ -1,12 +1,4 @@
-"""Error against work with sleeping snow and without: a collapse in 3-D whose deposit is waited for.
-
-    python tests/benchmarks/sleeping_chart.py [-o FILE] [--picture FILE] [--only-picture]
-
-`column_collapse_3d` to t = 2.5 s on one thread, on grids of 6, 4.5 and 3 cm, with solver.sleeping = 0, 0.02 and 0.05.
-The reference is the finest grid without sleep. Columns: dx [m]; sleeping; particles; seconds: processor time of the
-steps, those left out that load kernels; front: mean over time of the difference of the front from the reference's [m];
-depth: sum of the differences of mass in plan cells of 12 cm at the end, over all; asleep: mean share of the mass.
-"""
+"""Charts of error against work: collapses in 3-D, each beside one on a finer grid (`particles_a_cell.py`)."""
 
 import argparse
 import csv
@@ -20,9 +12,6 @@ from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
 
 FIGURES = Path(__file__).parent / "figures"
-CASES = [(0.03, 0.0), (0.06, 0.0), (0.06, 0.02), (0.06, 0.05), (0.045, 0.0), (0.045, 0.02), (0.045, 0.05),
-         (0.03, 0.02)]
-END, INTERVAL, CELL = 2.5, 0.05, 0.12
 LOADING = 30.0
 """Times the median of all steps: a step that takes longer loads kernels."""
 
@@ -60,17 +49,6 @@ def rounded(row):
     return {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()}
 
 
-def computed():
-    rows, reference = [], None
-    for dx, sleeping in CASES:
-        run = ran({"solver.dx": dx, "solver.sleeping": sleeping, "end_time": END, "output.interval": INTERVAL}, CELL)
-        reference = reference or run
-        asleep = float(np.mean([audit.get("asleep_share", 0.0) for audit in run[2]]))
-        rows.append(rounded({"dx": dx, "sleeping": sleeping, "asleep": asleep, **compared(run, reference)}))
-        print(rows[-1], flush=True)
-    return rows
-
-
 def draw(rows, path, column, lines):
     """A line for each value of a column; lines: [(value, style, label)]."""
     import matplotlib
@@ -105,8 +83,3 @@ def command(summary, name, computed, column, lines):
             writer.writerows(rows)
     with open(options.output, newline="", encoding="utf-8") as file:
         draw(list(csv.DictReader(file)), options.picture, column, lines)
-
-
-if __name__ == "__main__":
-    command(__doc__.splitlines()[0], "sleeping_chart", computed, "sleeping", [
-        (0.0, "k-o", "without sleep"), (0.02, "C0--s", "e = 0.02"), (0.05, "C1:^", "e = 0.05")])
