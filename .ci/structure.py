@@ -1,0 +1,117 @@
+"""How simple is the program to change? Sizes and counts of the sources beside what they must come to.
+
+    python .ci/structure.py            prints the table
+    python .ci/structure.py --where    and where each count comes from
+    python .ci/structure.py --types    and mypy's errors, which takes a minute
+
+Product: snowmpm, materials, scenes, render. Nothing is imported; the sources are parsed.
+"""
+
+import argparse
+import ast
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDERS = ("snowmpm", "materials", "scenes", "render")
+MOST_ARGUMENTS = 8
+TYPED = ("mpm", "sph", "depth", "implicit", "stepping", "particles", "components", "setup", "running", "handover")
+"""Packages in which mypy looks into functions without annotations too."""
+
+FEATURES = {
+    "pore water": r"pore_water|PoreWater|fill_pores", "two velocities": r"two_velocities|TwoVelocities",
+    "flow water": r"flow_water|FlowWater", "interface": r"interface_(size|layer|points|cut|impulse)|InterfaceLayer",
+    "f-bar": r"\bf_bar\b|dilation_size|CellDilation", "nonlocal averaging": r"averaging_length|FadingAverage",
+    "body contact": r"BodyContact|body_friction|separate_bodies", "rigid bodies": r"rigid_world|free_bodies|FreeMotion",
+    "structures": r"\brods\b|Rods\b|structures\b", "preCICE": r"precice",
+    "forcing and damping": r"\bForcing\b|Damping\b",
+    "entrainment": r"entrain", "forest and deposition": r"\bforest|deposition",
+}
+"""Optional physics that is not a component yet, and words that name it."""
+
+
+def sources():
+    """{path from the root: its text} of the product, each file once."""
+    found = {}
+    for folder in FOLDERS:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            found.setdefault(path.resolve().relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8"))
+    return found
+
+
+def names():
+    """Names of the components."""
+    tree = ast.parse((ROOT / "snowmpm" / "components" / "__init__.py").read_text(encoding="utf-8"))
+    return next(ast.literal_eval(node.value) for node in tree.body
+                if isinstance(node, ast.Assign) and node.targets[0].id == "NAMES")
+
+
+def statements(tree):
+    """Statements of a module, docstrings not among them."""
+    return sum(isinstance(node, ast.stmt) and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
+               for node in ast.walk(tree))
+
+
+def members(trees):
+    """(methods and properties, attributes) of `stepping.contract.Method`."""
+    body = next(node for node in trees["snowmpm/stepping/contract.py"].body
+                if isinstance(node, ast.ClassDef) and node.name == "Method").body
+    return ([node.name for node in body if isinstance(node, ast.FunctionDef)],
+            [node.target.id for node in body if isinstance(node, ast.AnnAssign)])
+
+
+def untyped_errors():
+    """mypy's errors within functions without annotations."""
+    packages = [word for name in TYPED for word in ("-p", f"snowmpm.{name}")]
+    options = ["--check-untyped-defs", "--config-file=", "--ignore-missing-imports", "--follow-imports=silent"]
+    done = subprocess.run([sys.executable, "-m", "mypy", *options, *packages], cwd=ROOT, capture_output=True, text=True)
+    found = re.search(r"Found (\d+) error", done.stdout)
+    if not found and "Success" not in done.stdout:
+        raise SystemExit(done.stdout + done.stderr)
+    return int(found[1]) if found else 0
+
+
+def main():
+    words = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    words.add_argument("--where", action="store_true", help="also where each count comes from")
+    words.add_argument("--types", action="store_true", help="also mypy's errors")
+    asked = words.parse_args()
+    texts = sources()
+    trees = {path: ast.parse(text) for path, text in texts.items()}
+    reads, wide = Counter(), []
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("getattr", "hasattr"):
+                reads[path] += 1
+            if isinstance(node, ast.FunctionDef):
+                count = len([*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs])
+                count -= bool(node.args.args) and node.args.args[0].arg in ("self", "cls")
+                if count > MOST_ARGUMENTS:
+                    wide.append((count, f"{path}: {node.name}"))
+    functions, attributes = members(trees)
+    rows = [("lines of the product", sum(text.count("\n") for text in texts.values()), "74000"),
+            ("statements", sum(map(statements, trees.values())), "in proportion"),
+            ("members of Method", f"{len(functions)} + {len(attributes)}", "about 10"),
+            ("getattr, hasattr", sum(reads.values()), "40"),
+            (f"functions of more than {MOST_ARGUMENTS} arguments", len(wide), "formulas and measured kernels"),
+            *([("errors of mypy --check-untyped-defs", untyped_errors(), "0")] if asked.types else [])]
+    for name in names():
+        own = f"snowmpm/components/{name}/"
+        outside = [path for path, text in texts.items() if name in text and not path.startswith(own)]
+        rows.append((f"files that name {name}, a component", len(outside), "1"))
+    for name, pattern in FEATURES.items():
+        known = [path for path, text in texts.items() if re.search(pattern, text)]
+        rows.append((f"files that know {name}, no component yet", len(known), "1"))
+    for name, value, target in rows:
+        print(f"{name:<58} {value!s:>8}   must be {target}")
+    if asked.where:
+        print("\ngetattr and hasattr:", *(f"  {count} {path}" for path, count in reads.most_common()), sep="\n")
+        print("\narguments:", *(f"  {count} {where}" for count, where in sorted(wide, reverse=True)), sep="\n")
+        print("\nMethod:", ", ".join([*functions, *attributes]))
+
+
+if __name__ == "__main__":
+    main()
