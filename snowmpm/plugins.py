@@ -90,7 +90,11 @@ def load(source: str, sha256: str | None = None) -> Plugin:
 def load_installed() -> None:
     """Load the plugins that installed packages name as entry points of the group `snowmpm.plugins`."""
     for point in importlib.metadata.entry_points(group=GROUP):
-        load(point.value.partition(":")[0])
+        try:
+            load(point.value.partition(":")[0])
+        except InputError as error:
+            said = str(error).removeprefix(f"--plugin {point.value.partition(':')[0]}: ")
+            raise InputError(f"the installed plugin {point.name}: {said}; --no-plugins goes on without it") from error
 
 
 def register(entry: T) -> T:
@@ -101,9 +105,10 @@ def register(entry: T) -> T:
     """
     by = sys._getframe(1).f_globals.get("__name__", "__main__")
     registry.register(entry, by)
-    if not _loading and (module := sys.modules.get(by)):
+    # Of a module that a script imports, its whole package, as `--plugin` would load it
+    if not _loading and (module := sys.modules.get(by.partition(".")[0])):
         path = getattr(module, "__file__", None)
-        name = Path(path).stem if by == "__main__" and path else by
+        name = Path(path).stem if by == "__main__" and path else module.__name__
         _loaded[name] = Plugin(name, _version(module, name), _digest(path, getattr(module, "__path__", None)), "")
     return entry
 

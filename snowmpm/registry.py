@@ -25,11 +25,16 @@ class Registry(Mapping[str, Any]):
     """Entries by name. what: an entry in messages; home: module that registers those of the package; key: field of a
     table, or attribute, that holds the name."""
 
-    def __init__(self, what: str, home: str, key: str = "kind"):
+    what: str
+    home: str
+    key: str
+    by: dict[str, str]
+    """the module that added an entry, by name"""
+
+    def __init__(self, what: str, home: str, key: str = "kind") -> None:
         self.what, self.home, self.key = what, home, key
         self._entries: dict[str, Any] = {}
-        self.by: dict[str, str] = {}
-        """the module that added an entry, by name"""
+        self.by = {}
 
     def add(self, entry: T, by: str = OWN) -> T:
         """Add an entry of the module `by`, and return it; usable as a decorator. Raises InputError where the name is
@@ -80,7 +85,9 @@ def _class_of(entry: Any) -> str:
 class Member:
     """Pydantic's schema of a table that is one of the entries of a registry, told apart by its key."""
 
-    def __init__(self, registry: Registry, others: tuple[type, ...]):
+    registry: Registry
+
+    def __init__(self, registry: Registry, others: tuple[type, ...]) -> None:
         self.registry, self._others = registry, others
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:

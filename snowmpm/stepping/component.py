@@ -81,14 +81,17 @@ class Adapters:
     """Adapters of a solver, in the order in which they act; for each hook, by its name, the list of those that have
     it."""
 
+    before_scatter: list[Callable[..., None]]
+    after_scatter: list[Callable[..., None]]
+    terms: list[Callable[..., Any]]
+    before_gather: list[Callable[..., None]]
+    after_gather: list[Callable[..., None]]
+    limit_dt: list[Callable[..., float]]
+
     def __init__(self) -> None:
         self._all: list[Adapter] = []
-        self.before_scatter: list[Callable[..., None]] = []
-        self.after_scatter: list[Callable[..., None]] = []
-        self.terms: list[Callable[..., Any]] = []
-        self.before_gather: list[Callable[..., None]] = []
-        self.after_gather: list[Callable[..., None]] = []
-        self.limit_dt: list[Callable[..., float]] = []
+        for hook in HOOKS:
+            setattr(self, hook, [])
 
     def add(self, adapter: Adapter) -> None:
         """Let an adapter act from now on, after those before it."""

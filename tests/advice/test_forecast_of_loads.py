@@ -46,7 +46,7 @@ def test_check_tells_of_points_and_elements():
     _, rests = of_block(3, 8, structures=[FENCE | {"response": "static", "coupling": "one_way"}])
     assert rests.facts.solver.workload.unknowns == 6 * 8 and rests.facts.solver.workload.substeps == 0
     assert row(rests, "bodies and structures").seconds > told.seconds
-    assert row(rests, "loads on surfaces") is None and rests.stages()["faces"] == 0.0
+    assert row(rests, "loads on surfaces") is None and "face_loads" not in rests.stages()
     _, plain = of_block(3, 8)
     assert row(plain, "bodies and structures") is None
 
@@ -74,4 +74,4 @@ def test_points_cost_what_is_foretold(method, dim, side):
     loaded, budget = of_block(dim, side, method, forces=PRESSED)
     more, (_, python) = more_than(loaded, of_block(dim, side, method)[0], 29)
     machine = python / costs.reference_speed()[1]
-    assert budget.stages()["faces"] * machine == pytest.approx(more, rel=WITHIN)
+    assert budget.stages()["face_loads"] * machine == pytest.approx(more, rel=WITHIN)

@@ -176,6 +176,24 @@ def test_the_example_of_the_guide(here, call):
     assert snowmpm.load_scene("block.toml").materials["snow"].friction_angle == 34.0
 
 
+def test_what_a_script_imports_is_the_plugin_that_the_command_line_would_load(monkeypatch):
+    monkeypatch.syspath_prepend(HERE / "package")
+    import snow_extras  # noqa: F401
+
+    imported = plugins.records()
+    plugins._loaded.clear()
+    assert plugins.load("snow_extras").record() in imported and [one["name"] for one in imported] == ["snow_extras"]
+
+
+def test_an_installed_plugin_that_cannot_be_loaded_is_named(monkeypatch, here):
+    from importlib.metadata import EntryPoint
+
+    broken = EntryPoint(name="broken", value="no_such_module", group=plugins.GROUP)
+    monkeypatch.setattr(plugins.importlib.metadata, "entry_points", lambda group: [broken])
+    with pytest.raises(InputError, match="the installed plugin broken: no such module; --no-plugins goes on without"):
+        plugins.load_installed()
+
+
 # ---- campaigns ------------------------------------------------------------------------------------------------------
 
 def test_workers_of_a_campaign_load_it(here, call):
