@@ -43,7 +43,7 @@ class CohesiveCrack(Law):
     Keys: f_t `strength`, G_f `fracture_energy`, β `shear_ratio` (strength in shear over f_t), μ from
     `friction_angle`, H `length`. H is the size of the cell in MPM, and twice the spacing of particles in SPH
     (`on_grid`), where no single row can open: a crack in one row of cells, or two of particles, takes G_f per area on
-    every grid. In MPM that asks for `solver.f_bar = "whole"`. Lengths larger than
+    every grid. In MPM its particles must deform as one (`docs/cracks.md`). Lengths larger than
 
         2 G_f min(M, G/β²) / f_t²,    M = K + 4G/3
 

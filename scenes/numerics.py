@@ -4,6 +4,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from snowmpm import components
 from snowmpm.materials import LAWS
 from snowmpm.methods import METHODS
 from snowmpm.registry import FIELDS
@@ -145,11 +146,11 @@ class Implicit(Spec):
     """out-of-balance force over the size of the forces [-] at which a step is solved"""
     iterations: Annotated[int, Field(strict=True, ge=1, le=200)] = 20
     """of Newton at most, before a step is cut in parts"""
-    f_bar: Annotated[bool, Field(strict=True)] = False
-    """the particles of a cell change their volume as one, against volumetric locking: nu above 0.45, plastic flow that
-    keeps the volume"""
     linear: Literal["auto", "direct", "krylov"] = "auto"
     """solver of the linear equations: direct up to 120,000 unknowns in 2-D and 15,000 in 3-D, then by iterations"""
+
+
+components.open_table("solver.implicit", Implicit)
 
 
 class Solver(Spec):
@@ -186,10 +187,6 @@ class Solver(Spec):
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"
-    f_bar: Annotated[bool, Field(strict=True)] | Literal["whole"] = False
-    """mpm: the particles of a cell change their volume as one, against volumetric locking: nu above 0.45, plastic flow
-    that keeps the volume; of steps that are solved for: implicit.f_bar. "whole": they deform as one, so that a crack
-    of cohesive_crack opens in one row of cells"""
     sph: Sph = Field(default_factory=Sph)
     """of method = "sph" """
     depth: Depth = Field(default_factory=Depth)
@@ -240,6 +237,9 @@ class Solver(Spec):
     def in_plan(self) -> bool:
         """Whether particles are columns of snow that move in plan."""
         return METHODS[self.method].capabilities.plan
+
+
+components.open_table("solver", Solver)
 
 
 class Sides(Spec):

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr, model_validator
 from pydantic.functional_validators import ModelWrapValidatorHandler  # from 2.10 on also in pydantic itself
 
-from snowmpm import components
 from snowmpm.errors import did_you_mean
 from snowmpm.glance import Glance
 from snowmpm.materials import Material
@@ -29,8 +28,6 @@ from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 from snowmpm.scenes.water import Water
 from snowmpm.scenes.zone import Zone, with_zone
-
-components.declared()  # their tables are part of a scene
 
 
 class Initial(Spec):

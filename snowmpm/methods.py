@@ -67,8 +67,6 @@ class Capabilities:
     """damping and gravity that changes"""
     averaged_hats: bool = False
     """bases of `schemes.BASES` with a box, for comparison"""
-    f_bar: bool = False
-    """the particles of a cell change their volume, or deform, as one in explicit steps (`snowmpm.mpm.dilation`)"""
     rows_of_jump: int = 1
     """rows of cells or particles that a jump takes at least, of which a law with a crack has its length: two where
     strains are sums over neighbours, which do not see a zigzag of the rows and so cannot open one row alone"""
@@ -146,7 +144,7 @@ class MethodEntry:
 
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, averaged_hats=True, f_bar=True, averaging=True, water=True, two_velocities=True,
+        receives=True, averaged_hats=True, averaging=True, water=True, two_velocities=True,
         interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
         strong_coupling=True,

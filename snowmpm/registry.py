@@ -10,7 +10,7 @@ them at once.
 import importlib
 import pkgutil
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, TypeVar, Union, get_args
 
 from snowmpm.errors import InputError
@@ -128,12 +128,12 @@ def register(entry: T, by: str) -> T:
     for registry in registries:
         registry.add(entry, by)
     generation += 1
-    _rebuild(set(registries))
+    _rebuild(set(registries), entry.registered() if COMPONENTS in registries else ())
     return entry
 
 
-def _rebuild(registries: set[Registry]) -> None:
-    """Build the tables anew that name entries of these registries, those within others first."""
+def _rebuild(registries: set[Registry], changed: Collection[type] = ()) -> None:
+    """Build the tables anew that name entries of these registries or hold `changed` ones, those within others first."""
     from pydantic import BaseModel
 
     done: dict[type, bool] = {}
@@ -141,7 +141,7 @@ def _rebuild(registries: set[Registry]) -> None:
     def depends(model: type[BaseModel]) -> bool:
         if model not in done:
             done[model] = False  # a table within itself
-            found = [depends(part) if isinstance(part, type) else part.registry in registries
+            found = [part in changed or depends(part) if isinstance(part, type) else part.registry in registries
                      for field in model.model_fields.values()
                      for part in _parts((field.annotation, *field.metadata))]
             done[model] = any(found)

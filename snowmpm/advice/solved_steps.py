@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.errors import InputError
 from snowmpm.measured.explicit_or_implicit import in_words
 from snowmpm.methods import METHODS
@@ -69,9 +70,15 @@ def in_explicit_steps(facts):
     """Overrides that follow the waves of a scene in time that solves for its steps, with its facts; None where it is no
     such scene, or cannot be."""
     scene = facts.scene
-    if scene.solver.method != SOLVED or scene.solver.implicit.time != "newmark" or scene.solver.implicit.f_bar:
+    if scene.solver.method != SOLVED or scene.solver.implicit.time != "newmark" or _of_implicit(scene):
         return None
     return _other(facts, {"solver.method": EXPLICIT, "solver.implicit": None})
+
+
+def _of_implicit(scene):
+    """Whether a component acts by a key of steps that are solved for."""
+    return any(key.startswith("solver.implicit.") for component in components.used(scene)
+               for key, _ in component.asked(scene))
 
 
 def wave_cells(facts):

@@ -2,7 +2,7 @@
 
 `NAME/declare.py` says what a component is, without the compiler of kernels: the tables of a scene that ask for it, what
 it does not go with, its rules of `check` and its entries of the atlas. `NAME/METHOD.py` is its adapter for a method,
-`adapter(model, solver) -> stepping.component.Adapter`. A method supports the components that have an adapter for it.
+`adapter(model) -> stepping.component.Adapter`. A method supports the components that have an adapter for it.
 Without a folder and its line in NAMES all else works as before (`tests/components/test_deletion.py`).
 """
 
@@ -11,6 +11,7 @@ import importlib
 from snowmpm.registry import COMPONENTS
 
 NAMES = (
+    "f_bar",
     "face_loads",
 )
 
@@ -27,8 +28,28 @@ def used(scene):
     return [component for component in declared() if any(True for _ in component.asked(scene))]
 
 
-def act(model, solver):
-    """Let the components of a model's scene act on its solver from now on."""
-    method = model.scene.solver.method
-    for component in used(model.scene):
-        solver.adapters.add(component.adapter(method)(model, solver))
+def adapters(model, method):
+    """An adapter for a method of each that a model's scene asks for, in the order in which they act."""
+    return [component.adapter(method)(model) for component in used(model.scene)]
+
+
+_tables = {}
+
+
+def open_table(name, table):
+    """Let components add keys to a table of a scene (`contract.Component.keys`), by its place: "solver"."""
+    _tables[name] = table
+    for component in declared():
+        extend(component, name)
+
+
+def extend(component, *names):
+    """Give tables of a scene, all by default, the keys that a component adds; -> those that have changed."""
+    changed = set()
+    for name, keys in component.keys.items():
+        if name in (names or component.keys):
+            table = _tables[name]
+            table.model_fields.update(keys.model_fields)
+            table.model_rebuild(force=True)
+            changed.add(table)
+    return changed

@@ -2,8 +2,8 @@
 
 import functools
 import importlib.util
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from snowmpm.registry import COMPONENTS, Registry, resolved
@@ -14,9 +14,11 @@ class Component:
     """An optional piece of physics.
 
     package: that its adapters lie in, a module for each method, named after it; words: what it is called in tables of
-    `check`; asked: scene -> (key, value) of each key that asks for it; order: among the components, those of lower
-    number act first; beside: names of what it does not go with (`setup.refusals.FEATURES`); refuse: scene -> raises
-    InputError for what cannot be; cautions: module with rules of `check`; atlas: module with ATLAS, {group: entries}.
+    `check`; asked: scene -> (key, value) of each key that asks for it; keys: `scenes.spec.Spec`s with keys that it
+    adds to tables of a scene, by their places ("solver", "solver.implicit"); order: among the components, those of
+    lower number act first; beside: names of what it does not go with (`setup.refusals.FEATURES`); refuse: scene ->
+    raises InputError for what cannot be; cautions: module with rules of `check`; atlas: module with ATLAS, {group:
+    entries}.
     """
 
     REGISTRIES: ClassVar[tuple[Registry, ...]] = (COMPONENTS,)
@@ -30,13 +32,21 @@ class Component:
     refuse: Callable[[Any], None] | None = None
     cautions: str = ""
     atlas: str = ""
+    keys: Mapping[str, Any] = field(default_factory=dict)
 
     def supports(self, method: str) -> bool:
         """Whether it has an adapter for a method."""
         return _exists(f"{self.package}.{method}")
 
+    def registered(self) -> set[type]:
+        """Of one that is added later: give tables of a scene its keys; -> those that have changed."""
+        from snowmpm import components
+        from snowmpm.scenes import schema  # noqa: F401  has opened its tables
+
+        return components.extend(self)
+
     def adapter(self, method: str) -> Callable[..., Any]:
-        """Its adapter for a method: (model, solver) -> `stepping.component.Adapter`."""
+        """Its adapter for a method: model -> `stepping.component.Adapter`."""
         return resolved(f"{self.package}.{method}:adapter")
 
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from snowmpm.implicit.dilation import Dilation
 from snowmpm.implicit.response import After, respond
 from snowmpm.implicit.stiffness import Stiffness
 
@@ -46,6 +45,23 @@ class Term(abc.ABC):
         at its end for `late` [s]; -> impulse (dim,) [N s]."""
 
 
+class Strain(abc.ABC):
+    """What the laws see in a step in place of the deformation that nodes give each particle."""
+
+    @abc.abstractmethod
+    def seen(self, A):
+        """What they see of A (n, dim, dim), and whether that can be."""
+
+    @abc.abstractmethod
+    def forces(self, A, after):
+        """P (n, dim, dim) [Pa] of the forces on the nodes. A: of the nodes; after: `After` of what the laws saw."""
+
+    @abc.abstractmethod
+    def matrix(self, A, after):
+        """V C of each particle (n, dim, dim, dim, dim) [J], and the rest of K, sparse (dim N, dim N); after: with
+        tangents."""
+
+
 @dataclass
 class Trial:
     """An iterate: v (free,), u (N, dim) [m], what particles make of it, full (N, dim) and free residual [N], the size
@@ -67,15 +83,15 @@ class Balance:
 
     matter: `Matter`; materials: `MaterialTable` of float64; body (n, dim): b [m/s2]; dt [s]: what laws see; inertia: c
     [1/s2]; history (N, dim): H [N]; dx [m]. pull
-    (n,): s [Pa], None without. f_bar: the particles of a cell change their volume as one (`dilation`).
+    (n,): s [Pa], None without.
     """
 
-    def __init__(self, mesh, held, matter, materials, body, dx, dt, inertia=0.0, history=None, f_bar=False):
+    def __init__(self, mesh, held, matter, materials, body, dx, dt, inertia=0.0, history=None):
         self.mesh, self.held, self.materials = mesh, held, materials
         self._before, self._dt, self._inertia = matter.before(), dt, inertia
         self.pull = matter.around
         self.volume, self.mass, self._dx = matter.volume, matter.mass, dx
-        self._dilation = Dilation(mesh, matter.volume, matter.ratio) if f_bar else None
+        self._strain = matter.strain(mesh, matter) if matter.strain else None
         self.external = mesh.W.T @ (self.mass[:, None] * body)
         self._history = np.zeros_like(self.external) if history is None else history
         self._stiffness = None
@@ -109,10 +125,10 @@ class Balance:
     def _response(self, u, tangents):
         """`After` of displacements u, with the pull, P of the forces, and whether cells can change their volume so."""
         A, upright = self.mesh.gradient_of(u), True
-        if self._dilation is not None:
-            even, upright = self._dilation.even(A)
-            after = respond(self.materials, self._before, even, self._dt, tangents)
-            return after, self._dilation.forces(A, after) if upright else after.P, upright
+        if self._strain is not None:
+            seen, upright = self._strain.seen(A)
+            after = respond(self.materials, self._before, seen, self._dt, tangents)
+            return after, self._strain.forces(A, after) if upright else after.P, upright
         after = respond(self.materials, self._before, A, self._dt, tangents)
         if self.pull is None:
             return after, after.P, upright
@@ -133,10 +149,10 @@ class Balance:
         """K of a `Trial` with tangents, (dim N, dim N)."""
         if self._stiffness is None:
             self._stiffness = Stiffness(self.mesh)
-        if self._dilation is None:
+        if self._strain is None:
             C = self.volume[:, None, None, None, None] * trial.after.C
             return self._with_terms(self._stiffness.matrix(C, self._inertia * self.mass), trial)
-        C, shared = self._dilation.matrix(self.mesh.gradient_of(trial.u), trial.after)
+        C, shared = self._strain.matrix(self.mesh.gradient_of(trial.u), trial.after)
         plain = self._stiffness.matrix(C, self._inertia * self.mass)
         return self._with_terms(sparse.bsr_array(plain + shared.tobsr(blocksize=plain.blocksize)), trial)
 

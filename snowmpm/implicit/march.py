@@ -32,8 +32,8 @@ ENTERED = 0.25
 
 @dataclass
 class Grid:
-    """dx [m], origin [m], kernel, gradient, surfaces (`surfaces.Surface`); extended: faint nodes follow others; f_bar:
-    of `balance.Balance`; period (dim,): cells after which axes repeat, None where none does."""
+    """dx [m], origin [m], kernel, gradient, surfaces (`surfaces.Surface`); extended: faint nodes follow others; period
+    (dim,): cells after which axes repeat, None where none does."""
 
     dx: float
     origin: np.ndarray
@@ -41,7 +41,6 @@ class Grid:
     gradient: str
     surfaces: list
     extended: bool = True
-    f_bar: bool = False
     period: np.ndarray | None = None
 
     @property
@@ -120,7 +119,7 @@ class March:
         share = 1.0
         while True:
             touch = self.touch(matter)
-            setting = (matter, self.materials, body, self.grid.dx, dt, 0.0, None, self.grid.f_bar)
+            setting = (matter, self.materials, body, self.grid.dx, dt, 0.0, None)
             try:
                 solved, held = self._balanced(touch, setting, 1.0 - share)
                 self._refuse_entry(matter, touch.mesh.W @ solved.trial.u)
@@ -245,7 +244,7 @@ class March:
             v0, free, lost_momentum = projection.at_particles(matter.velocity)
         a0, a0_free, lost_force = projection.at_particles(acceleration + body)
         history = mesh.W.T @ (mass * rule.past(v0, a0))
-        setting = (matter, self.materials, body, self.grid.dx, dt, rule.inertia, history, self.grid.f_bar)
+        setting = (matter, self.materials, body, self.grid.dx, dt, rule.inertia, history)
         if touch.changes:
             first, past = held, rule.at_rest(held.full(free), held.full(a0_free))
             lost = [touch.on_obstacles(each, self.grid.dx, rubbing=False) for each in (lost_momentum, lost_force)]

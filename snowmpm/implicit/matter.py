@@ -1,5 +1,6 @@
 """The particles of a step as NumPy columns of float64, whatever the store keeps them in."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,8 +13,8 @@ from snowmpm.particles.store import IDENTITY, MATERIAL
 class Matter:
     """Columns of particles (n, ...): cells [cells], velocity [m/s], volume at the reference [m3], mass [kg], material,
     number, h, tau [Pa] (n, 4 or 6), state, ratio J, affine (n, dim, dim) [1/s]; around: pressure around the snow [Pa]
-    (n,), None without; water: what pores hold (`water.particle_kernels`), None without; terms: `balance.Term`s
-    of components."""
+    (n,), None without; water: what pores hold (`water.particle_kernels`), None without; terms: `balance.Term`s,
+    strain: (mesh, matter) -> `balance.Strain` of components."""
 
     cells: np.ndarray
     velocity: np.ndarray
@@ -29,6 +30,7 @@ class Matter:
     around: np.ndarray | None = None
     water: np.ndarray | None = None
     terms: list = field(default_factory=list)
+    strain: Callable | None = None
 
     @classmethod
     def of_store(cls, store):

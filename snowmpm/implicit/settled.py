@@ -21,6 +21,7 @@ from snowmpm.implicit.matter import Matter
 from snowmpm.implicit.surfaces import surfaces_of
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.material_table import MaterialTable
+from snowmpm.stepping.component import Adapters
 
 ROUNDS = 8
 
@@ -42,11 +43,11 @@ class Settled:
 
 
 def settle(population, laws, chosen, *, tolerance, dx, origin, lower, upper, gravity, terrain=None,
-           terrain_contact="stick", sides=None, obstacles=(), **others):
+           terrain_contact="stick", sides=None, obstacles=(), adapters=lambda method: (), **others):
     """`Settled` of a `Population` for explicit MPM with the choices of a scene's solver table; None where no balance is
     found, or the surfaces are not only such that hold.
 
-    The rest as `mpm.solver.MpmSolver` takes it.
+    adapters: method -> those of the components at work; the rest as `mpm.solver.MpmSolver` takes it.
     """
     dim = len(origin)
     sides = sides or [["open", "open"]] * dim
@@ -57,13 +58,14 @@ def settle(population, laws, chosen, *, tolerance, dx, origin, lower, upper, gra
     frame = Frame(dim, "f64", origin, dx, lower, upper)
     materials = MaterialTable(laws, "f64")
     surfaces = surfaces_of(frame, terrain, terrain_contact, sides)
+    acting = Adapters(adapters("implicit"))
     rules = Rules("quasi_static", tolerance=1e-3 * tolerance, iterations=15)
     # All nodes of explicit MPM are free, faint ones too; where these have no balance, they follow
     for extended in (False, True):
-        grid = Grid(dx, frame.origin, chosen.kernel, chosen.gradient, surfaces, extended,
-                    chosen.f_bar)
+        grid = Grid(dx, frame.origin, chosen.kernel, chosen.gradient, surfaces, extended)
         matter = Matter.of_population(population, materials, frame.origin, dx)
         matter.velocity[:] = 0.0
+        matter.strain = next(iter(acting.strain), None)
         found = _balanced(March(grid, rules, materials), matter, np.asarray(gravity, float), SHARE * tolerance)
         if found:
             return Settled(_as_population(population, matter, frame), *found)

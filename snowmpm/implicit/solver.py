@@ -15,6 +15,7 @@ from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
+from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import StepLimits, Workload
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import DEFORMATION_LIMIT, Extremes
@@ -30,9 +31,10 @@ class ImplicitSolver(Solver):
     """Particles, and steps of them that `March` solves."""
 
     def __init__(self, population, laws, choices, options, *, dx, precision, origin, lower, upper, gravity, cfl=None,
-                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=()):
+                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), adapters=()):
         """choices: kernel, gradient, transfer, flip_ratio, as of a scene's solver table; options: its table implicit
-        (`scenes.numerics.Implicit`); terrain_friction: Coulomb mu [-]; obstacles: at rest; the rest as
+        (`scenes.numerics.Implicit`); terrain_friction: Coulomb mu [-]; obstacles: at rest; adapters: of the components
+        at work; the rest as
         `mpm.solver.MpmSolver` takes it."""
         self.dim, self.dx, self.precision, self.options = len(origin), dx, precision, options
         self.at_rest = options.time == "quasi_static"
@@ -42,7 +44,7 @@ class ImplicitSolver(Solver):
         moving = TRANSFERS[choices.transfer]
         grid = Grid(dx, self.frame.origin, choices.kernel, choices.gradient,
                     surfaces_of(self.frame, terrain, terrain_contact, sides, terrain_friction, obstacles),
-                    f_bar=options.f_bar, period=EDGE[self.dim] * period)
+                    period=EDGE[self.dim] * period)
         rules = Rules(options.time, options.tolerance, options.iterations, options.linear, options.damping,
                       choices.flip_ratio if moving.flip else 0.0)
         self.scheme_name = f"implicit MPM ({options.time})"
@@ -53,6 +55,7 @@ class ImplicitSolver(Solver):
             population, laws, dx=dx, precision=precision, origin=self.frame.origin,
             limits=self.frame.limits(period), gravity=gravity,
             drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0, period=period)
+        self.adapters = Adapters(adapters)
         self._begin(population, gravity)
         self.march = March(grid, rules, self.particles.materials)
         self._acceleration = np.zeros((len(population.volumes), self.dim))
@@ -68,6 +71,7 @@ class ImplicitSolver(Solver):
         """`march.Passed` of the last step"""
         if self.at_rest:
             self._stop()
+        self.adapters.begin(self)
 
     @classmethod
     def of(cls, population, laws, chosen, *, body_friction=None, **setting):
@@ -92,6 +96,7 @@ class ImplicitSolver(Solver):
             gain = None if before is None else matter.velocity - before
             if self.forcing:
                 matter.around = self.forcing.taken_over()
+            matter.strain = next(iter(self.adapters.strain), None)
             matter.terms = [make(matter, self.time + dt) for make in self.adapters.terms]
             ratio = matter.ratio
             if not np.isfinite(matter.velocity).all():

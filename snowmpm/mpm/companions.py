@@ -1,29 +1,24 @@
 """What only some scenes have in a step of `MpmSolver`, beside scatter, grid and gather.
 
-Layers thinner than a cell (`interface_layer`), changes of volume that the particles of a cell share (`dilation`),
-strains that are averaged over a length (`particles.averaging`).
+Layers thinner than a cell (`interface_layer`), strains that are averaged over a length (`particles.averaging`).
 """
 
 from snowmpm.compiler import runtime
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
-from snowmpm.mpm.dilation import CellDilation
 from snowmpm.mpm.interface_layer import InterfaceLayer
 from snowmpm.particles.averaging import FadingAverage
 
 
 class Companions:
-    """Those of a solver, each None where the scene has none: interface, dilation, averaging."""
+    """Those of a solver, each None where the scene has none: interface, averaging."""
 
-    def __init__(self, solver, population, laws, f_bar, serial):
+    def __init__(self, solver, population, laws, serial):
         """solver: `MpmSolver` with its particles and grid; serial: see `compiler.parallel.runs_serially`.
 
         Raises InputError where a companion does not go with the solver's choices.
         """
         self._solver, store = solver, solver.particles
-        self.dilation = self.interface = None
-        if f_bar:
-            scheme = solver.basis, solver.gradient_form, solver.flip
-            self.dilation = CellDilation(store.layout, solver.precision, *scheme, laws)
+        self.interface = None
         self.averaging = FadingAverage.of(store, solver.precision, serial)
         if population.interface is not None:
             self.interface = InterfaceLayer(solver, population, laws, serial)
@@ -36,8 +31,6 @@ class Companions:
 
     def before_gather(self, dt):
         """The nodes have their new velocities."""
-        if self.dilation:
-            self.dilation.find(self._solver.particles, self._solver.grid, dt)
         if self.averaging:
             self.averaging.remember()
 
@@ -53,4 +46,4 @@ class Companions:
     @property
     def bytes(self):
         """Of their own sums."""
-        return sum(one.bytes for one in (self.dilation, self.averaging) if one)
+        return self.averaging.bytes if self.averaging else 0

@@ -18,9 +18,9 @@ from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.sorted_particles import SortedParticles
-from snowmpm.particles.store import shared_numbers
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
+from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import BREAKING_CFL, USUAL_ADVECTIVE, critical_cfl, grain_stiffness, usual_cfl
@@ -37,7 +37,7 @@ class MpmSolver(Solver):
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 expected=0, phases=None, f_bar=False):
+                 expected=0, phases=None, adapters=()):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -51,10 +51,10 @@ class MpmSolver(Solver):
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         expected: how many particles there will be, of a solver that receives some. phases:
         `mixture.two_velocities.TwoVelocities` of a population whose velocity fields are those of grains and of water,
-        by a transfer with FLIP. f_bar: the particles of a cell change their volume as one, "whole": deform as one
-        (`mpm.dilation`).
+        by a transfer with FLIP. adapters: of the components at work.
         """
         self.dim = dim = len(origin)
+        self.adapters = Adapters(adapters)
         self.dx, self.precision, self._real = dx, precision, runtime.DTYPES[precision][0]
         self.atomic = runtime.fine_grained() if atomic is None else atomic
         moving = TRANSFERS[transfer]
@@ -77,25 +77,26 @@ class MpmSolver(Solver):
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
-            period=period, keep_block_of=self.atomic, shared=shared_numbers(f_bar, dim))
+            period=period, keep_block_of=self.atomic, columns=self.adapters.columns)
         self._begin(population, gravity)
         self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         self._phases = phases
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
-        self.companions = Companions(self, population, laws, f_bar, self._serial)
+        self.companions = Companions(self, population, laws, self._serial)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
         self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
         if phases:
             self.fill_pores(phases, shorten=False)
+        self.adapters.begin(self)
 
     @classmethod
     def of(cls, population, laws, options, **setting):
         """Of the choices of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
         return cls(population, laws, kernel=options.kernel, gradient=options.gradient, transfer=options.transfer,
-                   flip_ratio=options.flip_ratio, f_bar=options.f_bar, **setting)
+                   flip_ratio=options.flip_ratio, **setting)
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -263,7 +264,8 @@ class MpmSolver(Solver):
         scheme = self.atomic, flip, self.basis, self._gradient, moves, self._serial
         self._scatter = scatter_kernel(layout, real, *scheme)
         self._update = grid_kernels(self.dim, real, flip, self._serial)
-        self._gather = gather_kernel(layout, real, self.materials.functions, *scheme)
+        self._gather = gather_kernel(layout, real, self.materials.functions, *scheme,
+                                      self.adapters.inlined)
         self.boundary.bind(real, self.basis, flip, self._serial, self._phases is not None, self._phases is not None)
 
     def _meeting_bodies(self, population, friction):
@@ -301,7 +303,7 @@ class MpmSolver(Solver):
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        return self.grid.bytes + self.companions.bytes
+        return self.grid.bytes + self.companions.bytes + self.adapters.bytes
 
     @property
     def workload(self):

@@ -38,10 +38,10 @@ class SortedParticles(ParticleStore, Particles):
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
-                 period=None, keep_block_of=False, shared=0):
+                 period=None, keep_block_of=False, columns=()):
         """limits: (lower, upper) cells beyond which a particle has left; drift_limit: `Stencil.drift_limit`;
         second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s;
-        shared: numbers of their column `dilation`.
+        columns: of components (name, numbers), which begin with zeros.
         """
         self.dim = len(origin)
         self.dx, self.origin = dx, np.asarray(origin, float)
@@ -57,7 +57,7 @@ class SortedParticles(ParticleStore, Particles):
         n_water = 0 if population.water is None else population.water.shape[1]
         n_interface = 0 if population.interface is None else population.interface.shape[1]
         layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water, n_interface,
-                        shared)
+                        tuple(columns))
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)
@@ -318,7 +318,8 @@ class SortedParticles(ParticleStore, Particles):
     def state(self):
         """All that a bitwise continuation needs, by name."""
         return {"reals": np.ascontiguousarray(self.table()), "labels": self.labels(), "keys": self.blocks.keys,
-                "start": self.blocks.start, "excursion": self.drift, "sorts": self.sorts, "mass": self.mass,
+                "start": self.blocks.start, "columns": dict(self.layout.sizes), "excursion": self.drift,
+                "sorts": self.sorts, "mass": self.mass,
                 "removed": {**self.removed, "momentum": self.removed["momentum"].copy()}}
 
     def restore(self, state):

@@ -40,11 +40,6 @@ COPY_TIME = 2e-8
 """Of a particle on one thread [s], about."""
 
 
-def shared_numbers(f_bar, dim):
-    """How many numbers the particles of a cell share by the option `f_bar`: det f, the whole of f, or none."""
-    return dim * dim if f_bar == "whole" else int(f_bar)
-
-
 @dataclass(frozen=True)
 class Layout:
     """Which reals a particle carries and where.
@@ -53,8 +48,7 @@ class Layout:
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
     internal variables; volume_ratio: J = det F; volume: reference volume [m3]; water: what pores hold
     (`water.particle_kernels`), its mass per reference volume [kg/m3] first; interface: of points that carry a layer
-    without cells (`particles.interface`); dilation: change of volume, or velocity gradient, of a
-    particle's cell in a step (`mpm.dilation`).
+    without cells (`particles.interface`); more: names of the columns of components, and their numbers.
     """
 
     dim: int
@@ -62,7 +56,7 @@ class Layout:
     by_row: bool = True
     water_size: int = 0
     interface_size: int = 0
-    dilation_size: int = 0
+    more: tuple[tuple[str, int], ...] = ()
 
     @property
     def sym_size(self):
@@ -73,7 +67,7 @@ class Layout:
         d = self.dim
         return {"position": d, "velocity": d, "affine": d * d, "elastic": self.sym_size, "stress": self.sym_size,
                 "state": self.state_size, "volume_ratio": 1, "volume": 1, "water": self.water_size,
-                "interface": self.interface_size, "dilation": self.dilation_size}
+                "interface": self.interface_size, **dict(self.more)}
 
     @functools.cached_property
     def offsets(self):

@@ -204,7 +204,8 @@ class Model:
         relax = resolved(METHODS[chosen.method].relax)
         if relax is None:
             return None
-        return relax(self.population, self.laws, chosen, tolerance=self.scene.initial.tolerance, **self._setting())
+        return relax(self.population, self.laws, chosen, tolerance=self.scene.initial.tolerance,
+                     adapters=partial(components.adapters, self), **self._setting())
 
     def solver(self, population=None):
         """The solver of this scene at time zero. population: in place of its particles."""
@@ -213,7 +214,6 @@ class Model:
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
-        components.act(self, solver)
         if any(obstacle.free for obstacle in self.obstacles):
             solver.move("rigid", rigid_world(self))
         if self.scene.structures:
@@ -230,7 +230,9 @@ class Model:
         build = resolved(entry.seeping if seeps else entry.builder)
         options = getattr(chosen, entry.options) if entry.options else chosen
         seeds = self.population if population is None else population
-        return build(seeds, self.laws_of_phases, options, **self._setting())
+        adapters = components.adapters(self, chosen.method)
+        acting = {"adapters": adapters} if adapters else {}
+        return build(seeds, self.laws_of_phases, options, **self._setting(), **acting)
 
     def _setting(self):
         """What a method is built with, by name (`MethodEntry`)."""

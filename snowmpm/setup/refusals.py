@@ -25,8 +25,6 @@ def demands(scene, later=False):
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
     if BASES[scene.solver.kernel].box:
         yield "averaged_hats", True, "solver.kernel", scene.solver.kernel
-    if scene.solver.f_bar:
-        yield "f_bar", True, "solver.f_bar", scene.solver.f_bar
     for name, law in averaged(scene).items():
         if not (later and METHODS[scene.solver.method].capabilities.plan):  # columns have no strength
             yield "averaging", True, f"materials.{name}.nonlocal_length", law.averaging_length
@@ -133,7 +131,6 @@ def refuse_beyond(scene):
         refuse_beside_water(scene)
     _refuse_free(scene)
     refuse_interfaces(scene)
-    _refuse_f_bar(scene)
     _refuse_averaging(scene)
     _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
@@ -181,21 +178,6 @@ def _refuse_free(scene):
         raise InputError.at(*free[0], "does not go with periodic sides of the domain", scene.source)
 
 
-def _refuse_f_bar(scene):
-    """Raise InputError for a pressure in or around snow whose cells change their volume as one, and in explicit steps
-    for what leaves particles out of them."""
-    if scene.solver.f_bar:
-        beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies)}
-        if found := [name for name, there in beside.items() if there]:
-            raise InputError.at("solver.f_bar", scene.solver.f_bar, f"must be false beside {' and '.join(found)}",
-                                scene.source)
-    if not (scene.solver.implicit and scene.solver.implicit.f_bar):
-        return
-    pressing = any(force.kind == "pressure" for force in scene.forces)
-    if found := [name for name, there in {"water": scene.water, "forces that press": pressing}.items() if there]:
-        raise InputError.at("solver.implicit.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
-
-
 def averaged(scene):
     """Laws of a scene whose loss of strength is averaged over a length, by material."""
     return {name: law for name, law in scene.materials.items() if law.averaging_length}
@@ -217,8 +199,7 @@ def _refuse_cracks(scene):
         for name, law in scene.materials.items():
             if law.kind == "cohesive_crack":
                 raise InputError.at(f"materials.{name}.kind", law.kind, 'does not go with "implicit", where the'
-                                    ' particles of a cell do not deform as one: take "mpm" with solver.f_bar ='
-                                    ' "whole"', scene.source)
+                                    ' particles of a cell do not deform as one: take "mpm"', scene.source)
 
 
 def _refuse_averaged_hat(scene):
@@ -228,7 +209,7 @@ def _refuse_averaged_hat(scene):
     for key, solver in solvers.items():
         if BASES[solver.kernel].box:
             beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
-                      "solver.f_bar": solver.f_bar, "switch": scene.switch, "zone": scene.zone,
+                      "switch": scene.switch, "zone": scene.zone,
                       'initial.relaxation = "static"': scene.initial.relaxation == "static"}
             if found := [name for name, there in beside.items() if there]:
                 raise InputError.at(f"{key}.kernel", solver.kernel,
@@ -239,6 +220,7 @@ FEATURES = {
     "switch": lambda scene: scene.switch, "zone": lambda scene: scene.zone, "water": lambda scene: scene.water,
     "initial.from": lambda scene: scene.initial.from_run is not None,
     'initial.stress = "settle"': lambda scene: scene.initial.stress == "settle",
+    "interface": lambda scene: any(body.interface for body in scene.bodies),
     "solver.kernel": lambda scene: BASES[scene.solver.kernel].box,
 }
 """Parts of a scene that not all components go with, by name."""

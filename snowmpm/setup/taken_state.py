@@ -11,7 +11,7 @@ from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.materials import LAWS
 from snowmpm.particles.blocks import EDGE, coordinates_of, places_of
-from snowmpm.particles.store import IDENTITY, Layout, shared_numbers
+from snowmpm.particles.store import IDENTITY
 
 KEPT = "initial.npz"
 """File of a run folder with the state from the other run, so that the run can continue without it."""
@@ -76,6 +76,9 @@ def _take(scene, surface):
         raise InputError("has a zone, where its particles are not those that its bodies began as")
     _check_setting(there, here, saved, surface)
     state, bodies, differences = saved["simulation"], {}, []
+    if "reals" in state["solver"] and "columns" not in state["solver"]:
+        raise InputError(f"was written by snowmpm {saved['program']}, whose checkpoints do not name the numbers of"
+                         " particles: run it again")
     names = [body["name"] for body in there["bodies"]]
     wanted = [body.name for body in scene.bodies if body.name in names]
     if not wanted:
@@ -151,10 +154,14 @@ def _particles(solver, dim, options):
 
     dim: dimension; options: solver table of the scene there. Columns are `COLUMNS`, in float64.
     """
-    reals = solver["reals"].astype(np.float64)
-    dilation = shared_numbers(options.get("f_bar", False), dim)
-    layout = Layout(dim, reals.shape[1] - Layout(dim, 0, dilation_size=dilation).width, dilation_size=dilation)
+    reals, sizes = solver["reals"].astype(np.float64), solver["columns"]
+    ends = dict(zip(sizes, np.cumsum(list(sizes.values())), strict=True))
+    if sum(sizes.values()) != reals.shape[1]:
+        raise ValueError("columns do not fit the particles")
+
+    def column(name):
+        return reals[:, ends[name] - sizes[name] : ends[name]]
+
     owner_block = np.repeat(coordinates_of(places_of(solver["keys"], dim), dim), np.diff(solver["start"]), axis=0)
-    columns = {name: reals[:, layout.columns(name)] for name in COLUMNS}
-    cells = EDGE[dim] * owner_block + reals[:, layout.columns("position")]
-    return {**columns, "position": solver["frame"][0] + options["dx"] * cells}
+    cells = EDGE[dim] * owner_block + column("position")
+    return {**{name: column(name) for name in COLUMNS}, "position": solver["frame"][0] + options["dx"] * cells}

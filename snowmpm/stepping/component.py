@@ -4,7 +4,7 @@ A component has an adapter for each method that supports it (`snowmpm.components
 adapters in their order, and only those that an adapter overrides.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from snowmpm.annotations import Floats
@@ -19,6 +19,13 @@ class Adapter:
     """
 
     name = ""
+    columns: Mapping[str, int] = {}
+    """numbers that a particle carries for it, by the name of their column"""
+    inlined: Any = None
+    """what the kernels of a step contain of it, as its method says (`mpm.kernel_api.Inlined`)"""
+
+    def begin(self, solver: Any) -> None:
+        """The solver has its particles and grid, and its clock is at zero."""
 
     def before_scatter(self, pushed: float) -> None:
         """The particles have what acted on them before the step, and nodes are still empty."""
@@ -28,6 +35,9 @@ class Adapter:
 
     def terms(self, matter: Any, time: float) -> Any:
         """Of steps that are solved for: `implicit.balance.Term` of the equations of a step that ends at `time` [s]."""
+
+    def strain(self, mesh: Any, matter: Any) -> Any:
+        """Of steps that are solved for: `implicit.balance.Strain`, what laws see of the deformation of the nodes."""
 
     def before_gather(self, dt: float) -> None:
         """The nodes have their new velocities."""
@@ -49,6 +59,11 @@ class Adapter:
     def work(self) -> Mapping[str, float]:
         """What a step has to do for it, by the names of the rows of its cost (`measured/costs.csv`)."""
         return {}
+
+    @property
+    def bytes(self) -> int:
+        """Of its arrays."""
+        return 0
 
     def force_work(self) -> float:
         """Energy that it gave the snow since time zero [J]."""
@@ -74,7 +89,7 @@ class Adapter:
         """Take over what `state()` gave."""
 
 
-HOOKS = ("before_scatter", "after_scatter", "terms", "before_gather", "after_gather", "limit_dt")
+HOOKS = ("before_scatter", "after_scatter", "terms", "strain", "before_gather", "after_gather", "limit_dt")
 
 
 class Adapters:
@@ -84,21 +99,36 @@ class Adapters:
     before_scatter: list[Callable[..., None]]
     after_scatter: list[Callable[..., None]]
     terms: list[Callable[..., Any]]
+    strain: list[Callable[..., Any]]
     before_gather: list[Callable[..., None]]
     after_gather: list[Callable[..., None]]
     limit_dt: list[Callable[..., float]]
 
-    def __init__(self) -> None:
-        self._all: list[Adapter] = []
+    def __init__(self, adapters: Iterable[Adapter] = ()) -> None:
+        self._all = tuple(adapters)
         for hook in HOOKS:
-            setattr(self, hook, [])
+            setattr(self, hook, [getattr(one, hook) for one in self._all
+                                 if getattr(type(one), hook) is not getattr(Adapter, hook)])
 
-    def add(self, adapter: Adapter) -> None:
-        """Let an adapter act from now on, after those before it."""
-        self._all.append(adapter)
-        for hook in HOOKS:
-            if getattr(type(adapter), hook) is not getattr(Adapter, hook):
-                getattr(self, hook).append(getattr(adapter, hook))
+    def begin(self, solver: Any) -> None:
+        """The solver has all else that it needs."""
+        for one in self._all:
+            one.begin(solver)
+
+    @property
+    def columns(self) -> tuple[tuple[str, int], ...]:
+        """Columns of all (name, numbers)."""
+        return tuple(column for one in self._all for column in one.columns.items())
+
+    @property
+    def inlined(self) -> tuple[Any, ...]:
+        """What the kernels of a step contain of each that has something."""
+        return tuple(one.inlined for one in self._all if one.inlined is not None)
+
+    @property
+    def bytes(self) -> int:
+        """Of the arrays of all."""
+        return sum(one.bytes for one in self._all)
 
     def __iter__(self) -> Iterator[Adapter]:
         return iter(self._all)

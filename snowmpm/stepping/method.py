@@ -8,7 +8,6 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report
-from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import (
     BREAKING_SHARE,
@@ -55,7 +54,6 @@ class Solver(Method):
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = self.water = None
-        self.adapters = Adapters()
         self.movers = {}
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])

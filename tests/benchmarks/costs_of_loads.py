@@ -1,5 +1,5 @@
-"""What loads on surfaces and frameworks cost: rows of `check_costs.py`, of steps with and without them in turn, or with
-few elements and many, by the processor time of one thread."""
+"""What components and frameworks cost: rows of `check_costs.py`, of steps with and without them in turn, or with few
+elements and many, by the processor time of one thread."""
 
 import time
 
@@ -29,26 +29,45 @@ def faces():
 
 def _more_by_faces(method, dim, side):
     """-> (points, median over steps of the ns that they add, on the table's machine)."""
+    loads = [{"kind": "follower_pressure", "name": "air", "body": "block", "value": 10.0}]
+    solver, more = _more_by(_block(method, dim, side), {"forces": loads})
+    return solver.adapters["face_loads"].faces.count, more
+
+
+def _block(method, dim, side):
+    """Tables of a block of so many cells along a side."""
     solver = {"mpm": {"dx": 1.0}, "implicit": {"method": "implicit", "dx": 1.0, "implicit": {
         "time": "newmark", "dt": 1e-2}}}[method]
-    plain = {"name": "loaded", "dimension": dim, "end_time": 1.0, "solver": solver, "materials": {"snow": SNOW},
+    return {"name": "loaded", "dimension": dim, "end_time": 1.0, "solver": solver, "materials": {"snow": SNOW},
              "domain": {"min": [-4.0] * (dim - 1) + [0.0], "max": [side + 4.0] * dim, "boundary": {"z_min": "stick"}},
              "bodies": [{"name": "block", "material": "snow", "shape": {
                  "kind": "box", "min": [0.0] * dim, "max": [float(side)] * dim}}]}
-    loaded = {**plain, "forces": [{"kind": "follower_pressure", "name": "air", "body": "block", "value": 10.0}]}
-    solvers, taken, slowness = [Simulation(Scene.model_validate(one)).solver for one in (loaded, plain)], [], Slowness()
+
+
+def _more_by(plain, component):
+    """-> (solver with a component, median over steps of the ns that it adds to a step, on the table's machine)."""
+    both = {**plain, **component}, plain
+    solvers, taken, slowness = [Simulation(Scene.model_validate(one)).solver for one in both], [], Slowness()
     dt = 0.5 * min(solver.stable_dt()[0] for solver in solvers)
-    for _ in range(WARM_UP + (PAIRS if method == "mpm" else SOLVED_PAIRS)):
+    for _ in range(WARM_UP + (SOLVED_PAIRS if "implicit" in plain["solver"] else PAIRS)):
         slowness.sample()
         taken.append([_seconds_of_step(solver, dt) for solver in solvers])
     more = np.median([row[0] - row[1] for row in taken[WARM_UP:]])
-    return solvers[0].adapters["face_loads"].faces.count, 1e9 * more / slowness()[1]
+    return solvers[0], 1e9 * more / slowness()[1]
 
 
 def _seconds_of_step(solver, dt):
     start = time.process_time()
     solver.step(dt)
     return time.process_time() - start
+
+
+def cells():
+    """ns that one change of volume a cell adds to a step, a particle: of blocks with it and without it."""
+    for (method, dim), (_, side) in SIDES.items():
+        if method == "mpm":
+            solver, more = _more_by(_block(method, dim, side), {"solver": {"dx": 1.0, "f_bar": True}})
+            yield f"{method} f_bar", dim, "f32", "particle", max(0.0, more / solver.particles.count)
 
 
 def frameworks():

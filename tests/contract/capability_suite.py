@@ -240,27 +240,6 @@ def _is_recorded(simulation):
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
 
 
-def _squeezed(method):
-    """Snow on a smooth floor that nothing has settled yet, whose cells change their volume as one."""
-    dim = given.least_dimension(method)
-    sides = {f"{axis}_{end}": "slip" for axis in ("xz" if dim == 2 else "xyz") for end in ("min", "max")}
-    walls = {"min": given.point(dim, 0.0, 0.0, 0.0), "max": given.point(dim, given.SIDE, 2 * given.SIDE, given.SIDE),
-             "boundary": sides | {"z_max": "open"}}
-    return _free(method, solver={"f_bar": True}, gravity=given.G, domain=walls, precision="f64")
-
-
-def _has_one_volume_a_cell(simulation):
-    steps(simulation, 10)
-    fields, frame = simulation.particles, simulation.solver.frame
-    cells = np.floor((fields["position"] - frame.origin) / frame.dx - 0.5).astype(int)
-    _, cell = np.unique(cells, axis=0, return_inverse=True)
-    most, least = (reduce.at for reduce in (np.maximum, np.minimum))
-    high, low = np.full(cell.max() + 1, -np.inf), np.full(cell.max() + 1, np.inf)
-    most(high, cell, fields["J"])
-    least(low, cell, fields["J"])
-    assert 0.0 <= (high - low).max() < 1e-6 * np.ptp(fields["J"]) and simulation.audit()["momentum_residual"] < 1e-11
-
-
 def _remoulded(method):
     """Clay that loses its strength at a wall, and over a length beyond its own size."""
     clay = {"kind": "softening_cone", "density": given.DENSITY, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
@@ -360,7 +339,6 @@ CAPABILITIES = {
     "separate_bodies": Asked(_two_bodies, _parted),
     "interfaces": Asked(_on_interface, _is_carried),
     "saw_test": Asked(_saw, _is_recorded),
-    "f_bar": Asked(_squeezed, _has_one_volume_a_cell),
     "averaging": Asked(_remoulded, _has_lost_strength_everywhere),
     "averaged_hats": Asked(_on_hats, _stopped),
     "presets": Asked(_along, _changes_something),

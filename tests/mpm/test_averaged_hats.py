@@ -83,7 +83,7 @@ def test_a_run_goes_on_to_the_bit_and_its_momentum_is_accounted_for(kernel, tmp_
 
 @pytest.mark.parametrize(("keys", "words"), [
     ({"method": "implicit"}, 'needs solver.method = "mpm"'),
-    ({"f_bar": True}, 'must be "quadratic" or "cubic" beside solver.f_bar'),
+    ({"f_bar": True}, 'does not go with solver.kernel = "'),
     ({"method": "sph"}, 'needs solver.method = "mpm"')])
 def test_what_was_not_compared_is_refused_in_two_lines(keys, words):
     _refused(words, keys)

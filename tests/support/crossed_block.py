@@ -15,6 +15,7 @@ from snowmpm.materials.crack_planes import DAMAGE, PER_CRACK
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import AFLIP, free_solver, lattice
 from tests.support.drawn_bar import BAR
+from tests.support.one_a_cell import shared
 
 SIDE, GRIP, GAP, PULL, SECONDS = 0.1, 3, 2, 1.3, 1.0
 """Of the block [m]; width of grips and half the gap between them [cells]; opening over that at which no cohesion is
@@ -46,7 +47,8 @@ def draw(cells):
     x, volumes, grips = x[~(outside & beside)], volumes[~(outside & beside)], outside[~(outside & beside)]
     weak = ((x > 0.0) & (x < dx)).any(axis=1)
     material = np.where(grips, 2, np.where(weak, 1, 0))
-    solver = free_solver(x, volumes, [stronger, law, heavy], AFLIP, dx, reach=SIDE, material=material, f_bar="whole")
+    solver = free_solver(x, volumes, [stronger, law, heavy], AFLIP, dx, reach=SIDE, material=material,
+                         adapters=shared("whole"))
     states, middle = ParticleStates(solver), 0.5 * dx
     half = 0.5 * (PULL * law.complete_opening + law.strength / law.youngs_modulus * SIDE) / SECONDS
     done = []

@@ -14,6 +14,7 @@ from snowmpm.materials import CohesiveCrack
 from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import APIC, lattice
+from tests.support.one_a_cell import shared
 
 LENGTH, GRIP, WIDE = 0.2, 3, 3  # m, cells
 BAR = CohesiveCrack(density=1e3, youngs_modulus=1e6, poisson_ratio=0.0, strength=1e3, fracture_energy=0.5)
@@ -66,7 +67,7 @@ def draw(cells, f_bar="whole", scheme=APIC, per_axis=2, law=BAR, press=0.0, pull
     sides = [["open", "open"], ["slip", "slip"] if press else ["open", "open"]]
     solver = scheme.solver(Population(x, volumes, material, None), [*alike, heavy], dx=dx,
                            origin=dx * np.floor(np.array(upwards) / dx), lower=np.array(upwards),
-                           upper=np.array([reach, top]), gravity=np.zeros(2), f_bar=f_bar, sides=sides)
+                           upper=np.array([reach, top]), gravity=np.zeros(2), adapters=shared(f_bar), sides=sides)
     states = ParticleStates(solver)
 
     def moving(speed):

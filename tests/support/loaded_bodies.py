@@ -9,6 +9,7 @@ from snowmpm.components.face_loads.face_points import FacePoints
 from snowmpm.components.face_loads.faces import Faces
 from snowmpm.components.face_loads.implicit import FaceLoads
 from snowmpm.scenes.formula import compiled
+from snowmpm.stepping.component import Adapters
 
 SPECS = {"traction": declare.Traction, "follower_pressure": declare.FollowerPressure,
          "displacement": declare.Displacement}
@@ -52,7 +53,7 @@ def faces(positions, given, stiffness=0.0):
 
 def load(solver, given):
     """Let `Faces` act on an `ImplicitSolver` from now on."""
-    solver.adapters.add(FaceLoads(given))
+    solver.adapters = Adapters([*solver.adapters, FaceLoads(given)])
 
 
 def faces_on(solver):

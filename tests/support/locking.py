@@ -21,6 +21,7 @@ from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import lattice
 from tests.support.implicit_steps import implicit
+from tests.support.one_a_cell import shared, volumes_shared
 
 NEARLY = 0.4999
 WIDTH, DEPTH, HALF_STRIP = 2.5, 1.5, 0.5  # m
@@ -65,7 +66,7 @@ def cook(dx, f_bar):
     law, load = Elastic(density=1e-12, youngs_modulus=1.0, poisson_ratio=NEARLY), 1e-4
     solver, heavy = weighted(x, volumes, edge, load, law, dx=dx,
                              upper=[64.0, 80.0], gravity=[0.0, 1.0], sides=[["stick", "open"], ["open", "open"]],
-                             f_bar=f_bar)
+                             adapters=volumes_shared(f_bar))
     states = ParticleStates(solver)
     solver.step(1.0)
     return (states.positions() - states.reference)[heavy, 1].mean() / load
@@ -84,7 +85,7 @@ def cook_in_time(dx, f_bar):
         solver = MpmSolver(Population(places, sizes, heavy.astype(int)), laws, dx=dx, precision="f64",
                            origin=np.zeros(2), lower=np.zeros(2), upper=np.array([64.0, 80.0]), gradient="shape",
                            gravity=np.array([0.0, load / volumes.sum()]), sides=[["stick", "open"], ["open", "open"]],
-                           f_bar=f_bar)
+                           adapters=shared(f_bar))
         while solver.time < duration:
             dt = solver.stable_dt()[0]
             solver.damping_factor = 1.0 - 0.0095 * dt
@@ -101,7 +102,8 @@ def footing(cells, f_bar, loads):
     edge = np.stack([places, np.full(8 * cells, DEPTH)], axis=1)
     law = VonMises(density=1e-12, youngs_modulus=STIFFNESS, poisson_ratio=NU, yield_stress=np.sqrt(3.0))
     solver, heavy = weighted(x, volumes, edge, HALF_STRIP, law, dx=dx, upper=[WIDTH, DEPTH + 4.0 * dx],
-                             sides=[["slip", "slip"], ["stick", "open"]], f_bar=f_bar, tolerance=1e-7)
+                             sides=[["slip", "slip"], ["stick", "open"]], adapters=volumes_shared(f_bar),
+                             tolerance=1e-7)
     states, found = ParticleStates(solver), {}
     for load in loads:
         solver.set_gravity([0.0, -load])

@@ -13,6 +13,7 @@ import numpy as np
 from snowmpm.materials import CohesiveCrack
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import AFLIP, free_solver, lattice
+from tests.support.one_a_cell import shared
 
 LENGTH, WIDTH, NOTCH, GRIP = 0.24, 0.12, 0.03, 3  # m, m, m, cells
 PLATE = CohesiveCrack(density=1e3, youngs_modulus=1e6, poisson_ratio=0.2, strength=1e3, fracture_energy=0.2,
@@ -56,7 +57,7 @@ def broken(dx, case, f_bar="whole", length=None, scheme=AFLIP):
     law = PLATE.model_copy(update={"length": length or dx})
     heavy = TOUGH.model_copy(update={"density": 1e12})
     solver = free_solver(x, volumes, [law, TOUGH.on_grid(dx), heavy.on_grid(dx)], scheme, dx, reach=2 * LENGTH,
-                         material=material, velocities=velocity, f_bar=f_bar)
+                         material=material, velocities=velocity, adapters=shared(f_bar))
     states = ParticleStates(solver)
     gradient = np.zeros((len(x), 4))
     gradient[:, 0] = np.where(grips, 0.0, 1.0 - x[:, 1] * per_pivot)

@@ -10,7 +10,7 @@ from tests.support import cracked_specimens as specimens
 FINEST = 0.002
 ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0)
 CREEP = "shared deformation leaves motion of the nodes below a roller without stiffness, which takes work of the press"
-CREEP += " and gives none back (mpm/test_shared_deformation.py): "
+CREEP += " and gives none back (components/f_bar/test_shared_deformation.py): "
 
 
 def missed(dx, figure):

@@ -1,19 +1,10 @@
-"""Rules: cracks with an energy of their own, and what spreads them over more than a row of cells."""
+"""Rules: cracks with an energy of their own."""
 
 import numpy as np
 
-from snowmpm.advice.cautions.caution import Caution, accepted, rule
+from snowmpm.advice.cautions.caution import Caution, rule
 
 KIND = "cohesive_crack"
-
-
-@rule("mpm")
-def spread_crack(facts):
-    """Material that cracks, in cells whose particles do not deform as one."""
-    if facts.scene.solver.f_bar != "whole" and any(law.kind == KIND for law in facts.model.laws):
-        yield Caution("", "solver.f_bar", "cracks spread into the cells beside them, and take 1.05 to 1.5 times"
-                      " fracture_energy", 'solver.f_bar = "whole"' if accepted(facts, {"solver.f_bar": "whole"}) else
-                      "cells small against the crack's way")
 
 
 @rule("mpm", "sph")
@@ -36,12 +27,3 @@ def crack_that_begins_anew(facts):
             yield Caution("", f"materials.{name}.reset", "a row of cells that is drawn on cracks again and again, and"
                           " takes fracture_energy each time",
                           f"materials.{name}.cracks = 2 with materials.{name}.reset = false")
-
-
-@rule("sph")
-def crack_among_neighbours(facts):
-    """Material that cracks, by SPH, whose sums reach over several particles."""
-    if any(law.kind == KIND for law in facts.model.laws):
-        yield Caution("", "solver.method", "a crack by SPH takes two rows of particles; only such along rows, opened"
-                      " slowly, were measured, since disorder_damping brakes what opens", 'solver.method = "mpm" with'
-                      ' f_bar = "whole"')

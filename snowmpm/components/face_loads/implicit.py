@@ -19,7 +19,7 @@ from snowmpm.components.face_loads.from_scene import faces_of
 from snowmpm.implicit.balance import Term, turned
 
 
-def adapter(model, solver):
+def adapter(model):
     """`FaceLoads` of the scene of a `Model`."""
     return FaceLoads(faces_of(model))
 

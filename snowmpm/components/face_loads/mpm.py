@@ -17,23 +17,20 @@ from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.components.face_loads.faces import OfFaces
 from snowmpm.components.face_loads.from_scene import faces_of
-from snowmpm.mpm.grid import TILE
-from snowmpm.mpm.node import SECOND, node_vector
-from snowmpm.mpm.transfer.interpolation import interpolation
-from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.mpm.kernel_api import SECOND, STENCILS, TILE, interpolation, node_vector
 from snowmpm.particles.store import IDENTITY, accessors
 
 
-def adapter(model, solver):
+def adapter(model):
     """`FaceLoads` of the scene of a `Model`."""
-    return FaceLoads(solver, faces_of(model))
+    return FaceLoads(faces_of(model))
 
 
 class FaceLoads(OfFaces):
     """The `Faces` of a `MpmSolver`."""
 
-    def __init__(self, solver, faces):
-        super().__init__(faces)
+    def begin(self, solver):
+        """Take the solver's particles and grid."""
         self._solver, self._blocks = solver, None
         scheme = solver.basis, solver.gradient_form, solver.flip, solver.second_moment() > 0.0
         self._kernels = face_kernels(solver.particles.layout, runtime.DTYPES[solver.precision][0], *scheme)

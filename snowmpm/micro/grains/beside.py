@@ -77,8 +77,8 @@ class CellsBeside:
     def __init__(self, simulation, sample, numbers, acting=False):
         store = simulation.solver.particles
         scene = simulation.scene
-        if scene.dimension != 2 or scene.solver.method != "mpm" or store.layout.sizes["dilation"]:
-            raise ValueError("cells beside a law need MPM in 2-D, without an averaged change of volume")
+        if scene.dimension != 2 or scene.solver.method != "mpm" or store.layout.more:
+            raise ValueError("cells beside a law need MPM in 2-D, without a component that changes strains")
         self.simulation, self.acting, self.numbers = simulation, acting, np.asarray(numbers)
         if not np.isin(self.numbers, store.labels()[:, 1]).all():
             raise ValueError(f"numbers = {self.numbers.tolist()}: there are no such particles")

@@ -19,10 +19,9 @@ import functools
 from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import in_order
-from snowmpm.mpm.dilation import even_functions
 from snowmpm.mpm.node import SECOND, node_vector
 from snowmpm.mpm.report import report_functions
-from snowmpm.mpm.transfer.gather_packs import pack_kernel
+from snowmpm.mpm.transfer.gather_packs import gradient_functions, pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.interface import CUT, interface_functions, lift_at
 from snowmpm.particles.response import response_functions
@@ -31,19 +30,19 @@ from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STR
 
 
 def gather_kernel(layout, real, laws, atomic, flip, basis="quadratic", gradient="affine", affine=True,
-                  serial=False):
+                  serial=False, inlined=()):
     """Kernel of the second half of a step.
 
-    laws: `LawFunctions` of a scene.
+    laws: `LawFunctions` of a scene; inlined: `kernel_api.Inlined` of components, in their order.
     atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
     beside a grad v of the shape functions; serial: by one thread.
     """
-    scheme = layout, real, laws, flip, basis, gradient, affine
+    scheme = layout, real, laws, flip, basis, gradient, affine, inlined
     return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial)
 
 
 @functools.cache
-def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
+def particle_kernel(layout, real, laws, flip, basis, gradient, affine, inlined):
     """The kernel for one particle a thread."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -54,7 +53,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     joined, layer = layout.interface_size > 0, interface_functions(dim, real)
-    evens, even = layout.dilation_size, even_functions(dim, real, layout.dilation_size)
+    bent = gradient_functions(layout, real, inlined)
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
@@ -78,8 +77,12 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
             for a in ti.static(range(dim)):
                 own[a], own[dim + a] = per_length[a], u[a]
             access.store(reals, places, p, at["interface"], own)
-        if ti.static(evens):
-            L = even.evened(L, access.load(reals, places, p, at["dilation"], evens), dt)
+        for k in ti.static(range(len(bent))):
+            own = access.load(reals, places, p, bent[k].at, bent[k].size)
+            ratio = access.load(reals, places, p, at["volume_ratio"], 1)[0]
+            L, own = bent[k].act(L, velocity, ratio, own, dt, 1.0 / inverse_dx)
+            if ti.static(bent[k].keeps):
+                access.store(reals, places, p, bent[k].at, own)
         if ti.static(flip):
             change = ti.Vector([v[SECOND + i] for i in ti.static(range(dim))])
             old = access.load(reals, places, p, at["velocity"], dim)

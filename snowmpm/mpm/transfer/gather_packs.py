@@ -6,13 +6,13 @@ block, in the order of its particles, so that no division of work changes a resu
 """
 
 import functools
+from types import SimpleNamespace
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
-from snowmpm.mpm.dilation import even_functions
 from snowmpm.mpm.node import SECOND, node_mask, node_size, node_vector
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.interpolation import interpolation
@@ -35,8 +35,16 @@ from snowmpm.stepping.step_report import (
 )
 
 
+def gradient_functions(layout, real, inlined):
+    """Of each component that acts on the velocity gradient: act, its function; at, size of its column, its name, and
+    whether it keeps what becomes of it. inlined: `kernel_api.Inlined`s."""
+    found = [(one, one.gradient(layout.dim, real)) for one in inlined]
+    return [SimpleNamespace(act=act, at=layout.offsets[one.column], size=layout.sizes[one.column], column=one.column,
+                            keeps=one.keeps) for one, act in found if act is not None]
+
+
 @functools.cache
-def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
+def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, serial):
     """Kernel of `gather.gather_kernel` for one block a thread, in fixed order"""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -48,15 +56,14 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     apply_laws = law_functions(layout, real, laws)
-    layer, evens = interface_functions(dim, real), layout.dilation_size
-    even = even_functions(dim, real, evens)
+    layer, bent = interface_functions(dim, real), gradient_functions(layout, real, inlined)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
                ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
                ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1),
                ("held", most_held(laws, sym_size)), ("interface", layout.interface_size),
-               ("dilation", layout.dilation_size))
+               *((one.column, one.size) for one in bent))
     n_sums = 1 + dim * (1 + shape)  # node vectors: w v, its moments, its slopes
     # Of the second half of a node no moments are wanted. In single precision both halves are one register, and take
     # no longer than one; in double precision each has its own
@@ -76,8 +83,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
             if ti.static(joined):
                 write_lane(pack["interface"], lane, access.load(reals, places, p, at["interface"],
                                                                 layout.interface_size))
-            if ti.static(evens):
-                write_lane(pack["dilation"], lane, access.load(reals, places, p, at["dilation"], evens))
+            for k in ti.static(range(len(bent))):
+                write_lane(pack[bent[k].column], lane, access.load(reals, places, p, bent[k].at, bent[k].size))
             if ti.static(flip):
                 write_lane(pack["old"], lane, access.load(reals, places, p, at["velocity"], dim))
         for lane in range(LANES):
@@ -154,8 +161,11 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
             C, L = grid.gradients(read_lane(pack["f"], lane), v, moments, slopes, inverse_dx)
             if ti.static(joined):
                 L = follow_layer(pack, lane, L, v, dt, 1.0 / inverse_dx)
-            if ti.static(evens):
-                L = even.evened(L, read_lane(pack["dilation"], lane), dt)
+            for k in ti.static(range(len(bent))):
+                own = read_lane(pack[bent[k].column], lane)
+                L, own = bent[k].act(L, v, pack["ratio"][0][lane], own, dt, 1.0 / inverse_dx)
+                if ti.static(bent[k].keeps):
+                    write_lane(pack[bent[k].column], lane, own)
             if ti.static(flip):
                 v = particle.blend(v, read_lane(pack["old"], lane), flip_ratio)
             A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)
@@ -202,6 +212,9 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                                     read_lane(pack["state"], lane), pack["ratio"][0][lane])
             if ti.static(joined):
                 access.store(reals, places, p, at["interface"], read_lane(pack["interface"], lane))
+            for k in ti.static(range(len(bent))):
+                if ti.static(bent[k].keeps):
+                    access.store(reals, places, p, bent[k].at, read_lane(pack[bent[k].column], lane))
 
     @ti.func
     def clear_found(found: ti.template(), worst: ti.template()):

@@ -16,6 +16,7 @@ from snowmpm.scenes.schema import Scene
 from snowmpm.study.problems.schemes import lattice
 from tests.support.implicit_steps import implicit
 from tests.support.locking import PRANDTL, by_elements, cook, cook_in_time, footing
+from tests.support.one_a_cell import volumes_shared
 
 SOIL = {"density": 100.0, "youngs_modulus": 1e5, "poisson_ratio": 0.4}
 
@@ -26,11 +27,12 @@ SOIL = {"density": 100.0, "youngs_modulus": 1e5, "poisson_ratio": 0.4}
 def test_its_matrix_is_the_derivative_of_its_forces(law, dim):
     rng = np.random.default_rng(3)
     x, volumes = lattice([0.0] * dim, [1.0, 1.0] if dim == 2 else [0.5] * 3, 0.25)
-    solver = implicit(x, volumes, law, 0.25, upper=[2.0] * dim, f_bar=True, time="quasi_static",
+    solver = implicit(x, volumes, law, 0.25, upper=[2.0] * dim, adapters=volumes_shared(True), time="quasi_static",
                       sides=[["stick", "open"]] + [["open", "open"]] * (dim - 1))
     matter = Matter.of_store(solver.particles)
+    matter.strain = solver.adapters["f_bar"].strain
     mesh, held = solver.march.mesh(matter)
-    balance = Balance(mesh, held, matter, solver.march.materials, np.zeros_like(x), 0.25, 1.0, f_bar=True)
+    balance = Balance(mesh, held, matter, solver.march.materials, np.zeros_like(x), 0.25, 1.0)
     u, one, other = rng.standard_normal((3, held.T.shape[1]))
     trial = balance.at(0.02 * u, tangents=True)
     assert trial.sound and (trial.after.iterations > 0).any() == (law.kind == "von_mises")

@@ -4,12 +4,13 @@ gradients."""
 import numpy as np
 import pytest
 
+from snowmpm.components.f_bar.cell_means import RELAXED
 from snowmpm.materials import Elastic, pack
-from snowmpm.mpm.dilation import RELAXED
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import APIC, free_solver, lattice
+from tests.support.one_a_cell import shared
 
 DX, LAW = 0.1, Elastic(density=250.0, youngs_modulus=1e6, poisson_ratio=0.2)
 
@@ -19,7 +20,7 @@ def stepped(f_bar, steps=1, dt=1e-5):
     x, volumes = lattice([0.0, 0.0], [2.0, 1.7], DX)
     x = x + np.random.default_rng(3).uniform(-0.01, 0.01, x.shape)
     velocities = np.random.default_rng(4).normal(size=x.shape)
-    solver = free_solver(x, volumes, [LAW], APIC, DX, velocities=velocities, f_bar=f_bar)
+    solver = free_solver(x, volumes, [LAW], APIC, DX, velocities=velocities, adapters=shared(f_bar))
     states = ParticleStates(solver)
     before = (states.mass[:, None] * states.column("velocity")).sum(axis=0)
     for _ in range(steps):
@@ -49,7 +50,7 @@ def test_a_uniform_deformation_is_left_as_it_is():
     x, volumes = lattice([0.0, 0.0], [1.0, 1.0], DX)
     found = []
     for f_bar in (False, "whole"):
-        solver = free_solver(x, volumes, [LAW], APIC, DX, velocities=x @ gradient.T, f_bar=f_bar)
+        solver = free_solver(x, volumes, [LAW], APIC, DX, velocities=x @ gradient.T, adapters=shared(f_bar))
         states = ParticleStates(solver)
         states.set(affine=np.tile(gradient.ravel(), (len(x), 1)))
         solver.step(1e-4)
@@ -63,7 +64,7 @@ def test_a_uniform_deformation_is_left_as_it_is():
 def test_pressures_that_part_in_a_cell_fade(f_bar, left):
     """As where particles of other cells come in; the volume of the cell stays."""
     x, volumes = lattice([0.0, 0.0], [1.0, 0.8], DX)
-    solver = free_solver(x, volumes, [LAW], APIC, DX, f_bar=f_bar)
+    solver = free_solver(x, volumes, [LAW], APIC, DX, adapters=shared(f_bar))
     states = ParticleStates(solver)
     pressure = 100.0 * np.random.default_rng(3).normal(size=len(x))
     stress = -pressure[:, None, None] * np.eye(3)

@@ -23,8 +23,26 @@ The matrix has, beside the tangent of each particle, products of rows of a cell,
 import numpy as np
 from scipy import sparse
 
+from snowmpm.implicit.balance import Strain
+from snowmpm.stepping.component import Adapter
 
-class Dilation:
+
+def adapter(model):
+    """`CellVolumes`."""
+    return CellVolumes()
+
+
+class CellVolumes(Adapter):
+    """One change of volume for the particles of each cell of an `ImplicitSolver`."""
+
+    name = "f_bar"
+
+    def strain(self, mesh, matter):
+        """`CellStrain` of a step."""
+        return CellStrain(mesh, matter.volume, matter.ratio)
+
+
+class CellStrain(Strain):
     """Means over the cells of a `Mesh`. volume (n,): V [m3], at the reference; ratio (n,): J at the start."""
 
     def __init__(self, mesh, volume, ratio):
@@ -36,7 +54,7 @@ class Dilation:
         """Sum over the particles of each cell, of values (n,)."""
         return np.bincount(self._mesh.cell_of, values, minlength=self._n_cells)
 
-    def even(self, A):
+    def seen(self, A):
         """A_bar (n, dim, dim), f_bar less I, and whether no particle is turned inside out."""
         dim, grown = A.shape[1], growth(A)
         if not (grown > -1.0).all():

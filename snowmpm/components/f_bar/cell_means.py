@@ -1,78 +1,22 @@
-"""One change of volume (F-bar), or of volume and shape, for all particles of a cell in explicit steps.
-
-Against volumetric locking, as in steps that are solved for (`implicit.dilation`), with the cells between the knots of
-the spline:
-
-    f_bar = (j_bar / j)^(1/dim) f,    j_bar = sum_p v_p j_p / sum_p v_p,    j = det f,  f = I + dt grad v
-
-v_p is the volume at the start of the step. Laws, and the volume of a particle, follow f_bar. Forces stay those of each
-particle's stress: where the particles of a cell have the same pressure, as they do who have shared their changes of
-volume, these are the forces of the mean. Coombs et al. 2018, doi:10.1016/j.cma.2018.01.010.
-
-Particles that come from another cell bring another pressure, and since all change their volumes alike, nothing would
-ever even it out: in flow, pressures of one cell part until they throw particles about. So a particle has in each step
-
-    j_bar + RELAXED (e_bar - e),    e = tr tau / 3K,    e_bar = sum_p v_p e_p / sum_p v_p
-
-for j_bar, e its elastic change of volume: differences fade in 1 / RELAXED steps, and the volume of the cell stays.
-
-With f_bar = "whole" the particles of a cell share the mean of grad v, weighted by volume, in the cells between nodes.
-The quadratic spline spreads an opening between two rows of nodes as a hat over two cells: two particles an axis have
-3/4 of it in the cell and 1/4 in each neighbour, which would crack too, or lock. Cells have means of 1/8, 3/4 and 1/8,
-and nodes can open one cell with all others at rest: a crack is one cell wide (`materials.cohesive_crack`). Means in the
-cells between knots would not see a zigzag of the nodes.
+"""Functions and kernels of the means over the cells (`.mpm`).
 
 A block adds up the cells that its own particles are in, one more on every side since they drift; then each cell is
 added up over the blocks that know it, always in the same order. No thread writes where another one does.
 """
 
 import functools
+from dataclasses import dataclass
 from types import SimpleNamespace
 
-from snowmpm.compiler import runtime, ti
-from snowmpm.compiler.arrays import real_array
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
-from snowmpm.mpm.transfer.interpolation import interpolation
-from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.mpm.kernel_api import STENCILS, Inlined, interpolation
 from snowmpm.particles.blocks import EDGE, step_along
 from snowmpm.particles.store import accessors
 
-SPARE = 1.25
 RELAXED = 0.1
 """Share of what parts the elastic changes of volume in a cell that goes in a step."""
-
-
-class CellDilation:
-    """The cells of an `MpmSolver`, whose particles have a column `dilation`."""
-
-    def __init__(self, layout, precision, basis, gradient, flip, laws):
-        self._per_stress = real_array([1.0 / (3.0 * law.bulk_modulus) for law in laws])
-        self.precision, self._cells = precision, (EDGE[layout.dim] + 2) ** layout.dim
-        self._sums = None
-        self._kernels = dilation_kernels(layout, runtime.DTYPES[precision][0], basis, gradient, flip)
-
-    def find(self, particles, grid, dt):
-        """Leave with each particle what those of its cell share in a step of dt [s], by the velocities of the nodes."""
-        size = particles.layout.dilation_size
-        n, numbers = max(1, len(particles.blocks)) * self._cells, sums_of(size)
-        if self._sums is None or self._sums.shape[0] < n:
-            self._sums = ti.ndarray(ti.types.vector(numbers, runtime.DTYPES[self.precision][0]), (int(SPARE * n),))
-        kernels = self._kernels
-        of_particles = particles.reals, particles.slot_offset, particles.start
-        elastic = *of_particles, particles.material, self._per_stress, self._sums, particles.chunk_bounds
-        kernels.add(*of_particles, grid.tiles, self._sums, dt, particles.dx, particles.chunk_bounds)
-        if size == 1:
-            kernels.add_elastic(*elastic)
-        kernels.join(self._sums, grid.first_tile, grid.tiles_at, grid.node_chunk_bounds)
-        kernels.spread(*elastic)
-
-    @property
-    def bytes(self):
-        """Of the sums."""
-        if self._sums is None:
-            return 0
-        return self._sums.element_shape[0] * self._sums.shape[0] * (4 if self.precision == "f32" else 8)
 
 
 def sums_of(size):
@@ -81,13 +25,27 @@ def sums_of(size):
     return size + 1 + (size == 1)
 
 
-@functools.cache
-def even_functions(dim, real, size):
-    """Taichi functions of what the particles of a cell share, `size` numbers: `shared(L, dt)`, which is averaged, and
-    `evened(L, mean, dt)`, the velocity gradient of a particle with the mean in its place.
+@dataclass(frozen=True)
+class CellMean(Inlined):
+    """The mean of a cell in place of each particle's own. size: its numbers, 1: det f - 1, or dim * dim: grad v."""
 
-    size 1: det f - 1, dim * dim: the velocity gradient.
-    """
+    size: int = 1
+    column = "cell_mean"
+
+    def gradient(self, dim, real):
+        """grad v with the mean in its place."""
+        evened = mean_functions(dim, real, self.size).evened
+
+        @ti.func
+        def with_mean(L, v, ratio, mean, dt, dx):
+            return evened(L, mean, dt), mean
+
+        return with_mean
+
+
+@functools.cache
+def mean_functions(dim, real, size):
+    """Taichi functions: `shared(L, dt)`, what is averaged, and `evened(L, mean, dt)`, grad v with the mean."""
 
     @ti.func
     def growth(A):
@@ -129,16 +87,15 @@ def even_functions(dim, real, size):
 
 
 @functools.cache
-def dilation_kernels(layout, real, basis, gradient, flip):
-    """Kernels `add(...)`, `add_elastic(...)`, `join(...)` and `spread(...)` of the three parts."""
+def cell_kernels(layout, real, basis, gradient, flip, mean):
+    """Kernels `add(...)`, `add_elastic(...)`, `join(...)` and `spread(...)` of the three parts. mean: `CellMean`."""
     dim, edge = layout.dim, EDGE[layout.dim]
     access, at, reach = accessors(layout), layout.offsets, STENCILS[basis].reach
     shape, wide = gradient == "shape", edge + 2
     grid = interpolation(dim, real, basis, not shape, shape, flip)
     of_node = grid.of_node
-    size = layout.dilation_size
-    even = even_functions(dim, real, size)
-    relaxes, of_cell = size == 1, ti.types.vector(sums_of(size), real)
+    size, even = mean.size, mean_functions(dim, real, mean.size)
+    column, relaxes, of_cell = mean.column, size == 1, ti.types.vector(sums_of(size), real)
 
     @ti.func
     def cell_of(x, b):
@@ -245,6 +202,6 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                         if ti.static(relaxes):
                             own = elastic(reals, places, p, material, per_stress)
                             mean[0] += ti.static(RELAXED) * (cell[size + 1] / cell[size] - own)
-                        access.store(reals, places, p, at["dilation"], mean)
+                        access.store(reals, places, p, at[column], mean)
 
     return SimpleNamespace(add=add, add_elastic=add_elastic, join=join, spread=spread)

@@ -1,0 +1,22 @@
+"""Rules: cracks in cells whose particles do not deform as one."""
+
+from snowmpm.advice.cautions.caution import Caution, accepted, rule
+
+CRACKS = "cohesive_crack"
+
+
+@rule("mpm")
+def spread_crack(facts):
+    """Material that cracks, in cells whose particles do not deform as one."""
+    if facts.scene.solver.f_bar != "whole" and any(law.kind == CRACKS for law in facts.model.laws):
+        yield Caution("", "solver.f_bar", "cracks spread into the cells beside them, and take 1.05 to 1.5 times"
+                      " fracture_energy", 'solver.f_bar = "whole"' if accepted(facts, {"solver.f_bar": "whole"}) else
+                      "cells small against the crack's way")
+
+@rule("sph")
+def crack_among_neighbours(facts):
+    """Material that cracks, by SPH, whose sums reach over several particles."""
+    if any(law.kind == CRACKS for law in facts.model.laws):
+        yield Caution("", "solver.method", "a crack by SPH takes two rows of particles; only such along rows, opened"
+                      " slowly, were measured, since disorder_damping brakes what opens", 'solver.method = "mpm" with'
+                      ' f_bar = "whole"')

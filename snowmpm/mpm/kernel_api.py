@@ -1,0 +1,26 @@
+"""What components use of explicit MPM: its nodes and weights, and the points where kernels contain their functions."""
+
+from snowmpm.mpm.grid import TILE
+from snowmpm.mpm.node import SECOND, node_vector
+from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.mpm.transfer.stencil import STENCILS
+
+__all__ = ["SECOND", "STENCILS", "TILE", "Inlined", "interpolation", "node_vector"]
+
+
+class Inlined:
+    """Functions of a component that the kernels of a step contain. Equal ones (by hash) share their kernels.
+
+    column: of a particle, that they are about; keeps: whether they change it.
+    """
+
+    column = ""
+    keeps = False
+
+    def gradient(self, dim, real):
+        """Taichi function of the velocity gradient before the law: (L, v, ratio, own, dt, dx) -> L, own.
+
+        L [1/s], v [m/s]: of the nodes at the particle; ratio: J before the step; own: the numbers of its column; dt [s]
+        and dx [m]. None: the component has none.
+        """
+        return None
