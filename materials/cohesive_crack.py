@@ -104,8 +104,8 @@ class CohesiveCrack(Law):
                                      f" {getattr(self, name):g}: leave it out")
             if self.bulk.integration != "implicit":
                 raise ValueError(f'bulk.return_map = "{self.bulk.integration}" must be "implicit"')
-            if self.bulk.averaging_length is not None:
-                raise ValueError("bulk.nonlocal_length is not averaged around cracks: leave it out")
+            for key in self.bulk.of_components:
+                raise ValueError(f"bulk.{key} is not computed around cracks: leave it out")
         return self
 
     @model_validator(mode="after")

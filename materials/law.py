@@ -72,7 +72,8 @@ class Law(BaseModel):
     TENSORS: ClassVar[tuple[int, ...]] = ()  # first index in STATE of each symmetric tensor kept there, 6 entries each
     BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
     vector_update: ClassVar[Any] = None  # Taichi function like `update`, see above
-    FADES: ClassVar[int | None] = None  # index of the STATE variable that strength fades with, see `averaging_length`
+    FADES: ClassVar[int | None] = None  # index of the STATE variable that strength fades with
+    OF_COMPONENTS: ClassVar[tuple[str, ...]] = ()  # keys that a component computes; without one they are refused
     failure_function: ClassVar[Any] = None  # (stress, state) -> > 0 where a law without a yield surface fails
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
     YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
@@ -161,9 +162,9 @@ class Law(BaseModel):
         return None
 
     @property
-    def averaging_length(self) -> float | None:
-        """Length [m] over which a solver averages what the state variable FADES gains in a step; None: it does not."""
-        return None
+    def of_components(self) -> dict[str, float]:
+        """Those of the keys OF_COMPONENTS that are given, with their values."""
+        return {key: getattr(self, key) for key in self.OF_COMPONENTS if getattr(self, key) is not None}
 
     @property
     def integration(self) -> str:

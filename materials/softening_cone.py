@@ -144,11 +144,12 @@ class SofteningCone(DruckerPrager):
     gap (tension_gap.py). s is cut off at a millionth, see cohesion_softening.py.
     Under strain control the answer is unique while strength falls by less than 3G per κ. A band of shear is as wide as
     the grid makes it, and so is the work that softening takes, but with `nonlocal_length`: then strength follows the
-    plastic strain averaged over that length (`snowmpm/particles/averaging.py`), and is that of the beginning within a
+    plastic strain averaged over that length (`docs/softening.md`), and is that of the beginning within a
     step. A band across which the material slips by u has lost what κ = u/(√3 l) takes, l the length, on any grid.
     """
 
     FADES: ClassVar[int] = 0
+    OF_COMPONENTS: ClassVar[tuple[str, ...]] = ("nonlocal_length",)
 
     kind: Literal["softening_cone"] = "softening_cone"  # type: ignore[assignment]
     residual_friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]  # φ_r [deg]
@@ -168,10 +169,6 @@ class SofteningCone(DruckerPrager):
         if (self.dilation_at(strain) > self.friction_at(strain) + 1e-9).any():
             raise ValueError("dilation_angle must not exceed friction at any strain: flow would create energy")
         return self
-
-    @property
-    def averaging_length(self) -> float | None:
-        return self.nonlocal_length
 
     def friction_at(self, strain: Array) -> Array:
         """φ [deg] after the plastic shear strain κ. NumPy."""

@@ -70,8 +70,6 @@ class Capabilities:
     rows_of_jump: int = 1
     """rows of cells or particles that a jump takes at least, of which a law with a crack has its length: two where
     strains are sums over neighbours, which do not see a zigzag of the rows and so cannot open one row alone"""
-    averaging: bool = False
-    """materials whose loss of strength is averaged over a length (`snowmpm.particles.averaging`)"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
     two_velocities: bool = False
@@ -144,14 +142,14 @@ class MethodEntry:
 
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, averaged_hats=True, averaging=True, water=True, two_velocities=True,
+        receives=True, averaged_hats=True, water=True, two_velocities=True,
         interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
         strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
-        filling=1, rows_of_jump=2, free_bodies=True, structures=True, seepage=True, averaging=True), options="sph",
+        filling=1, rows_of_jump=2, free_bodies=True, structures=True, seepage=True), options="sph",
         seeping="snowmpm.seepage.solver:SeepageSolver.of"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,

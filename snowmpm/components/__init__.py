@@ -13,6 +13,7 @@ from snowmpm.registry import COMPONENTS
 NAMES = (
     "f_bar",
     "face_loads",
+    "nonlocal_averaging",
 )
 
 
@@ -29,8 +30,9 @@ def used(scene):
 
 
 def adapters(model, method):
-    """An adapter for a method of each that a model's scene asks for, in the order in which they act."""
-    return [component.adapter(method)(model) for component in used(model.scene)]
+    """An adapter for a method of each that a model's scene asks for and the method supports, in the order in which they
+    act."""
+    return [component.adapter(method)(model) for component in used(model.scene) if component.supports(method)]
 
 
 _tables = {}

@@ -37,8 +37,6 @@ class Scheme:
     """scheme of the water in the pores, empty without"""
     layers: int = 1
     """of its mesh over the depth of a column"""
-    averaging: bool = False
-    """a loss of strength that is averaged over a length"""
     lengths: str = "constant"
     """smoothing lengths of SPH"""
 
@@ -47,7 +45,6 @@ class Scheme:
         solver, water = scene.solver, scene.water
         return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
                    water.scheme if water else "", getattr(water, "layers", 1),
-                   any(law.averaging_length for law in scene.materials.values()),
                    solver.sph.lengths if solver.method == "sph" else "constant")
 
 
@@ -82,18 +79,13 @@ def transfers(scheme):
         step = "quadratic affine apic"
         names = f"{scheme.kernel} {scheme.gradient}", scheme.transfer
     base = row("step", scheme.dimension, scheme.precision, step)
-    found = base + averaging(scheme)
+    found = base
     for name in names:
         if name not in BASE:
             # Measured in float32; what they add in float64 is more by as much as the whole step is
             single = row("step", scheme.dimension, "f32", step)
             found += row("more", scheme.dimension, "f32", name) * (base / single)
     return found
-
-
-def averaging(scheme):
-    """ns of the average of a loss of strength, 0 without."""
-    return row("more", scheme.dimension, "f32", "averaging") if scheme.averaging else 0.0
 
 
 def usual_law(scheme):
@@ -235,7 +227,7 @@ def _of(scheme, what, name):
 
 def call(scheme):
     """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
-    return 1e-9 * (_of(scheme, "call", scheme.method) + (_of(scheme, "call", "averaging") if scheme.averaging else 0.0))
+    return 1e-9 * _of(scheme, "call", scheme.method)
 
 
 def step(scheme, crowd, settling=False):

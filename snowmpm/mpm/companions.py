@@ -1,25 +1,21 @@
-"""What only some scenes have in a step of `MpmSolver`, beside scatter, grid and gather.
-
-Layers thinner than a cell (`interface_layer`), strains that are averaged over a length (`particles.averaging`).
-"""
+"""What only some scenes have in a step of `MpmSolver`, beside scatter, grid and gather: layers thinner than a cell
+(`interface_layer`)."""
 
 from snowmpm.compiler import runtime
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.interface_layer import InterfaceLayer
-from snowmpm.particles.averaging import FadingAverage
 
 
 class Companions:
-    """Those of a solver, each None where the scene has none: interface, averaging."""
+    """Those of a solver, each None where the scene has none: interface."""
 
     def __init__(self, solver, population, laws, serial):
         """solver: `MpmSolver` with its particles and grid; serial: see `compiler.parallel.runs_serially`.
 
         Raises InputError where a companion does not go with the solver's choices.
         """
-        self._solver, store = solver, solver.particles
+        self._solver = solver
         self.interface = None
-        self.averaging = FadingAverage.of(store, solver.precision, serial)
         if population.interface is not None:
             self.interface = InterfaceLayer(solver, population, laws, serial)
             solver.grid.hiding = hiding_kernels(runtime.DTYPES[solver.precision][0], serial)
@@ -29,21 +25,6 @@ class Companions:
         if self.interface:
             self._solver.add_impulse(self._solver.damping_factor * self.interface.impulse(pushed))
 
-    def before_gather(self, dt):
-        """The nodes have their new velocities."""
-        if self.averaging:
-            self.averaging.remember()
-
-    def after_gather(self, dt):
-        """The particles have moved."""
-        if self.averaging:
-            self.averaging.spread()
-
     def shorten(self, dt, critical, elastic):
         """dt [s] where companions swing; critical, elastic: the cfl at which waves grow, and that of dt."""
         return self.interface.shorten(dt, critical, elastic) if self.interface else dt
-
-    @property
-    def bytes(self):
-        """Of their own sums."""
-        return self.averaging.bytes if self.averaging else 0

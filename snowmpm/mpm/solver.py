@@ -79,11 +79,11 @@ class MpmSolver(Solver):
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
             period=period, keep_block_of=self.atomic, columns=self.adapters.columns)
         self._begin(population, gravity)
-        self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
+        self.serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         self._phases = phases
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
-        self.companions = Companions(self, population, laws, self._serial)
+        self.companions = Companions(self, population, laws, self.serial)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
         self._report = np.zeros(step_report.N_REPORT)
@@ -180,13 +180,11 @@ class MpmSolver(Solver):
         owners, *work = self._work()
         report = self._report
         report.fill(0.0)
-        self.companions.before_gather(dt)
         for act in self.adapters.before_gather:
             act(dt)
         self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
                      owners, grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                      grid.n_tiles, *work)
-        self.companions.after_gather(dt)
         for act in self.adapters.after_gather:
             act(dt)
         self._read(report)
@@ -261,19 +259,19 @@ class MpmSolver(Solver):
 
     def _bind_kernels(self):
         layout, real, flip, moves = self.particles.layout, self._real, self.flip, self._hands_on
-        scheme = self.atomic, flip, self.basis, self._gradient, moves, self._serial
+        scheme = self.atomic, flip, self.basis, self._gradient, moves, self.serial
         self._scatter = scatter_kernel(layout, real, *scheme)
-        self._update = grid_kernels(self.dim, real, flip, self._serial)
+        self._update = grid_kernels(self.dim, real, flip, self.serial)
         self._gather = gather_kernel(layout, real, self.materials.functions, *scheme,
                                       self.adapters.inlined)
-        self.boundary.bind(real, self.basis, flip, self._serial, self._phases is not None, self._phases is not None)
+        self.boundary.bind(real, self.basis, flip, self.serial, self._phases is not None, self._phases is not None)
 
     def _meeting_bodies(self, population, friction):
         """`FieldPairs` of a population with several velocity fields, else None."""
         if self._phases:
-            return self._phases.exchange(self.dim, self._real, self._serial)
+            return self._phases.exchange(self.dim, self._real, self.serial)
         density = self.materials.density
-        return BodyContact.of(population, density, friction, self.dim, self._real, self.flip, self._serial)
+        return BodyContact.of(population, density, friction, self.dim, self._real, self.flip, self.serial)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -303,7 +301,7 @@ class MpmSolver(Solver):
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        return self.grid.bytes + self.companions.bytes + self.adapters.bytes
+        return self.grid.bytes + self.adapters.bytes
 
     @property
     def workload(self):
@@ -313,7 +311,7 @@ class MpmSolver(Solver):
             alone = super()._step_at(self.cfl, self.advective_cfl or self.cfl)[0]
             joined = {"points": self.companions.interface.points, "shortened": self.expected_dt()[0] / alone}
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
-                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial,
+                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self.serial,
                         components=self.components_work, **self.moved, **joined)
 
     def restart_clock(self):

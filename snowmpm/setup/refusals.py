@@ -21,13 +21,11 @@ OF_WATER = {"u_p": ("drainage",), "v_w": ("rain",), "seepage": ("rain",)}
 def demands(scene, later=False):
     """(capability, required value or member, key, value) of each request of a scene; later: of the part of a method
     that takes over, when the start and the events are over."""
+    able = METHODS[scene.solver.method].capabilities
     yield "dimensions", scene.dimension, "dimension", scene.dimension
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
     if BASES[scene.solver.kernel].box:
         yield "averaged_hats", True, "solver.kernel", scene.solver.kernel
-    for name, law in averaged(scene).items():
-        if not (later and METHODS[scene.solver.method].capabilities.plan):  # columns have no strength
-            yield "averaging", True, f"materials.{name}.nonlocal_length", law.averaging_length
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -81,11 +79,11 @@ def demands(scene, later=False):
             yield force.NEEDS, True, f"forces.{i}.kind", force.kind
     for component in components.used(scene):
         for key, value in component.asked(scene):
-            yield component.name, True, key, value
+            if not (later and able.plan and key.startswith("materials.")):  # columns have no strength
+                yield component.name, True, key, value
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
-        able = METHODS[scene.solver.method].capabilities
         key = "split" if scene.water.scheme == "u_p" and (able.water or able.solved_water) else "scheme"
         yield scene.water.NEEDS, True, f"water.{key}", getattr(scene.water, key)
 
@@ -131,7 +129,7 @@ def refuse_beyond(scene):
         refuse_beside_water(scene)
     _refuse_free(scene)
     refuse_interfaces(scene)
-    _refuse_averaging(scene)
+    _refuse_uncomputed(scene)
     _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
     _refuse_beside_components(scene)
@@ -178,19 +176,14 @@ def _refuse_free(scene):
         raise InputError.at(*free[0], "does not go with periodic sides of the domain", scene.source)
 
 
-def averaged(scene):
-    """Laws of a scene whose loss of strength is averaged over a length, by material."""
-    return {name: law for name, law in scene.materials.items() if law.averaging_length}
-
-
-def _refuse_averaging(scene):
-    """Raise InputError for a loss of strength that is averaged, beside what leaves particles out of the average."""
-    for name, law in averaged(scene).items():
-        beside = {'initial.relaxation = "static"': scene.initial.relaxation == "static",
-                  "an interface": any(body.interface and body.material == name for body in scene.bodies)}
-        if found := [what for what, there in beside.items() if there]:
-            raise InputError.at(f"materials.{name}.nonlocal_length", law.averaging_length,
-                                f"does not go with {' and '.join(found)}", scene.source)
+def _refuse_uncomputed(scene):
+    """Raise InputError for a key of a law that a component computes, where there is no such component."""
+    asked = {key for component in components.used(scene) for key, _ in component.asked(scene)}
+    for name, law in scene.materials.items():
+        for key, value in law.of_components.items():
+            if f"materials.{name}.{key}" not in asked:
+                raise InputError.at(f"materials.{name}.{key}", value, "is computed by a component that is not there",
+                                    scene.source)
 
 
 def _refuse_cracks(scene):
@@ -216,10 +209,15 @@ def _refuse_averaged_hat(scene):
                                     f'must be "quadratic" or "cubic" beside {" and ".join(found)}', scene.source)
 
 
+NO_COMPONENT = ('water.scheme = "seepage"',)
+"""Parts of a scene that no component goes with."""
+
 FEATURES = {
+    NO_COMPONENT[0]: lambda scene: scene.water is not None and scene.water.scheme == "seepage",
     "switch": lambda scene: scene.switch, "zone": lambda scene: scene.zone, "water": lambda scene: scene.water,
     "initial.from": lambda scene: scene.initial.from_run is not None,
     'initial.stress = "settle"': lambda scene: scene.initial.stress == "settle",
+    'initial.relaxation = "static"': lambda scene: scene.initial.relaxation == "static",
     "interface": lambda scene: any(body.interface for body in scene.bodies),
     "solver.kernel": lambda scene: BASES[scene.solver.kernel].box,
 }
@@ -230,7 +228,7 @@ def _refuse_beside_components(scene):
     """Raise InputError for a component beside what does not know it."""
     for component in components.used(scene):
         found = [f'{name} = "{scene.solver.kernel}"' if name == "solver.kernel" else name
-                 for name in component.beside if FEATURES[name](scene)]
+                 for name in (*component.beside, *NO_COMPONENT) if FEATURES[name](scene)]
         key, value = next(iter(component.asked(scene)))
         if found:
             raise InputError.at(key, value, f"does not go with {' and '.join(found)}", scene.source)

@@ -17,7 +17,6 @@ from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.materials.packs import LANES
-from snowmpm.particles.averaging import FadingAverage
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
@@ -34,6 +33,7 @@ from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.update import update_kernel
 from snowmpm.stepping import step_report
+from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import BREAKING_CFL
@@ -52,16 +52,18 @@ class SphSolver(Solver):
     DAMPED_IMPULSE = False
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, scheme, cfl=None,
-                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), width=None):
+                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), width=None,
+                 adapters=()):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         scheme: what `snowmpm.scenes.Sph` has. terrain: object with `query(points) -> distance, normal` in scene
         coordinates, or None. sides: (dim, 2) names of `contact.CODES` or "periodic". obstacles: `solids.Obstacle`s.
         cfl: share of dx that a wave or a particle may cross in a step, by default the usual one, less while bonds
-        break. width: lanes of a pack, as the backend asks.
+        break. width: lanes of a pack, as the backend asks. adapters: of the components at work.
         """
         self.dim = dim = len(origin)
         self.dx, self.precision, self.scheme = dx, precision, scheme
+        self.adapters = Adapters(adapters)
         self.width = width or (1 if runtime.fine_grained() else LANES)
         self.critical_cfl = least(scheme.lengths) * critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
@@ -74,7 +76,7 @@ class SphSolver(Solver):
         self.radius = KERNELS[scheme.kernel].reach * scheme.smoothing
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period)
+            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period, columns=self.adapters.columns)
         self.reach = self.radius * largest(scheme.lengths, dim)
         self.boundary = Boundary(frame, self.reach, terrain=terrain, terrain_contact=terrain_contact,
                                  terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
@@ -83,6 +85,7 @@ class SphSolver(Solver):
         self._begin(population, gravity)
         self._bind()
         self._graded = False
+        self.adapters.begin(self)
 
     @classmethod
     def of(cls, population, laws, options, *, body_friction, **setting):
@@ -100,7 +103,7 @@ class SphSolver(Solver):
                            scheme.momentum == "corrected")
         self.rows = Rows(layout, self.precision, store.capacity + dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
-        serial = runs_serially(PARTICLE_TIME[self.dim] * store.count)
+        serial = self.serial = runs_serially(PARTICLE_TIME[self.dim] * store.count)
         smoothing = self.width, scheme.kernel, self.radius, scheme.lengths
         tension = scheme.artificial_stress, scheme.artificial_stress_form
         of_particles = store.layout, layout, real, self.materials.functions
@@ -116,7 +119,6 @@ class SphSolver(Solver):
             extrapolation_kernel(layout, real, *smoothing, scheme.momentum, scheme.walls, moved, serial)
             for moved in (False, True)])
         self._operators = Operators(self.rows, self._near, dummies.first_row, self.precision, *smoothing)
-        self._averaging = FadingAverage.of(store, self.precision, serial)
         self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
         self._reports = None
 
@@ -170,14 +172,14 @@ class SphSolver(Solver):
         Raises SimulationError if a particle is no longer finite.
         """
         packs, store, report = self._near.packs, self.particles, np.zeros(step_report.N_REPORT)
-        if self._averaging:
-            self._averaging.remember()
+        for act in self.adapters.before_gather:
+            act(dt)
         self._update(packs.table, store.reals, store.slot_offset, store.material, self.materials.numbers,
                      self.materials.law_of, self._speeds, self.rows.source, self.rows.moved,
                      *self._near.of_particles, self._near.mean_velocity, dt, self.dx, self._reports, report, packs.n,
                      packs.chunk_bounds)
-        if self._averaging:
-            self._averaging.spread()
+        for act in self.adapters.after_gather:
+            act(dt)
         self._read(report)
 
     @property
@@ -262,13 +264,13 @@ class SphSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces), **self.moved)
+        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces), components=self.components_work,
+                        **self.moved)
 
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        averaging = self._averaging.bytes if self._averaging else 0
-        return self.rows.bytes + self._near.bytes + self.boundary.dummies.bytes + averaging
+        return self.rows.bytes + self._near.bytes + self.boundary.dummies.bytes + self.adapters.bytes
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 

@@ -18,8 +18,8 @@ import matplotlib.pyplot as plt
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from snowmpm.compiler import runtime
+from snowmpm.components.nonlocal_averaging.layer import LENGTH, Layer, sheared
 from snowmpm.study.atlas.softening import energy_of_a_row
-from snowmpm.study.problems.softening_layer import LENGTH, Layer, sheared
 from tests.support.notched_plate import broken
 
 LAYERS = tuple(LENGTH / cells for cells in (2, 3, 4, 6, 8))

@@ -240,23 +240,6 @@ def _is_recorded(simulation):
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
 
 
-def _remoulded(method):
-    """Clay that loses its strength at a wall, and over a length beyond its own size."""
-    clay = {"kind": "softening_cone", "density": given.DENSITY, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
-            "friction_angle": 0.0, "residual_friction_angle": 0.0, "cohesion": 2e3, "residual_cohesion": 1e3,
-            "softening_strain": 0.1, "nonlocal_length": 4 * given.SIDE}
-    dim = given.least_dimension(method)
-    lower, upper = given.point(dim, given.SIDE + 0.02, -0.4, -0.4), given.point(dim, given.SIDE + 0.4, 0.8, 0.8)
-    return _with_block(method, (8.0, 0.0), materials={"snow": clay}, obstacles=[
-        {"name": "wall", "shape": {"kind": "box", "min": lower, "max": upper}}])
-
-
-def _has_lost_strength_everywhere(simulation):
-    steps(simulation, 15)
-    strain = simulation.particles["plastic_strain"]
-    assert 0.5 * strain.max() < strain.min() < strain.max() and simulation.audit()["momentum_residual"] < 1e-11
-
-
 def _soaked(method):
     return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "table": 0.2, "suction": 0.0,
                                                                   "saturation": 0.3})
@@ -339,7 +322,6 @@ CAPABILITIES = {
     "separate_bodies": Asked(_two_bodies, _parted),
     "interfaces": Asked(_on_interface, _is_carried),
     "saw_test": Asked(_saw, _is_recorded),
-    "averaging": Asked(_remoulded, _has_lost_strength_everywhere),
     "averaged_hats": Asked(_on_hats, _stopped),
     "presets": Asked(_along, _changes_something),
 }

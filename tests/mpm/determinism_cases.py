@@ -78,7 +78,7 @@ def outcome(case):
                *(surface.total for surface in solver.surfaces)]
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in numbers)).hexdigest()
     return {"hash": digest, "sorts": solver.particles.sorts, "blocks": len(solver.particles.blocks),
-            "plastic_work": solver.plastic_work, "alone": solver._serial,
+            "plastic_work": solver.plastic_work, "alone": solver.serial,
             "between_bodies": solver.grid.bodies.lost,
             "terrain": float(np.abs(solver.surfaces[0].total).max()),
             "obstacle": float(np.abs(solver.obstacle_totals).max())}

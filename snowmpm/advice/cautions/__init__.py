@@ -15,7 +15,6 @@ from snowmpm.advice.cautions import (  # noqa: F401
     saw_column,
     shallow,
     soaked,
-    softening,
     sph_sums,
     standing,
     standing_things,

@@ -4,7 +4,6 @@ import importlib
 
 from snowmpm import components
 from snowmpm.study.atlas import (
-    averaging,
     bending,
     columns_in_plan,
     contacts,
@@ -28,7 +27,7 @@ GROUPS = {
     "transfers and splines": transfers.ENTRIES,
     "large deformation": (*stretching.ENTRIES, *bending.ENTRIES),
     "materials and layers": (*layers.ENTRIES, *granular.ENTRIES, *softening.ENTRIES,
-                             *averaging.ENTRIES, *interfaces.ENTRIES),
+                             *interfaces.ENTRIES),
     "contact": contacts.ENTRIES,
     "bodies and structures": (*standing.ENTRIES, *frameworks.ENTRIES),
     "round-off and laws": round_off.ENTRIES,

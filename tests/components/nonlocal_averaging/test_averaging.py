@@ -5,16 +5,15 @@ import pytest
 
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
+from snowmpm.components.nonlocal_averaging.average import FadingAverage
+from snowmpm.components.nonlocal_averaging.layer import CLAY
 from snowmpm.errors import InputError
 from snowmpm.materials import StressUpdate
-from snowmpm.particles.averaging import FadingAverage
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
-from snowmpm.sph.solver import SphSolver
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import APIC, free_solver, lattice
-from snowmpm.study.problems.softening_layer import CLAY
-from tests.mpm.averaging_cases import hurried
+from tests.components.nonlocal_averaging.averaging_cases import hurried
 from tests.support.sph_block import solver_of
 from tests.support.thread_counts import with_one_and_two_threads
 
@@ -27,7 +26,9 @@ def block(size, laws=AVERAGED, material=0, moved=0.0):
     x, volumes = lattice([0.0] * len(size), size, DX)
     rng = np.random.default_rng(5)
     x = x + moved + rng.uniform(-0.01, 0.01, x.shape)
-    return free_solver(x, volumes * rng.uniform(0.8, 1.2, len(x)), laws, APIC, DX, material=material)
+    averaging = FadingAverage(laws if isinstance(laws, list) else [laws])
+    return free_solver(x, volumes * rng.uniform(0.8, 1.2, len(x)), laws, APIC, DX, material=material,
+                       adapters=[averaging])
 
 
 def gained(solver, gain):
@@ -36,12 +37,12 @@ def gained(solver, gain):
     state = np.zeros((len(states.reference), solver.particles.layout.sizes["state"]))
     state[:, 0] = 0.05
     states.set(state=state)
-    averaging = solver._averaging if isinstance(solver, SphSolver) else solver.companions.averaging
-    averaging.remember()
+    averaging = solver.adapters["nonlocal_averaging"]
+    averaging.before_gather(0.0)
     state[:, 0] += gain
     states.set(state=state)
     before = solver.particles.table()
-    averaging.spread()
+    averaging.after_gather(0.0)
     after, column = solver.particles.table(), solver.particles.layout.offsets["state"]
     others = np.delete(np.arange(before.shape[1]), column)
     assert after[:, others].tobytes() == before[:, others].tobytes()  # motion, stress, and so momentum and energy
@@ -87,14 +88,15 @@ def test_both_ways_to_add_up_leave_the_same_bits():
     solver, rng = block([1.2, 1.0]), np.random.default_rng(2)
     gain, found = rng.uniform(size=solver.particles.count), []
     for serial in (True, False):
-        solver.companions.averaging = FadingAverage(solver.particles, solver.precision, serial)
+        solver.serial = serial
+        solver.adapters.begin(solver)
         found.append(gained(solver, gain).tobytes())
     assert found[0] == found[1]
 
 
 @pytest.mark.slow
 def test_one_and_two_threads_leave_the_same_bits():
-    one, two = with_one_and_two_threads("tests.mpm.averaging_cases")
+    one, two = with_one_and_two_threads("tests.components.nonlocal_averaging.averaging_cases")
     assert one["hash"] == two["hash"] and one["yielding"] > 100 and not two["alone"]
 
 
@@ -128,7 +130,7 @@ def test_periodic_sides_have_two_neighbours():
 
 def test_sph_averages_as_well():
     x, volumes = lattice([0.0, 0.0], [0.8, 2.0], 0.05, 1)
-    solver = solver_of(x, volumes, AVERAGED, dx=0.05)
+    solver = solver_of(x, volumes, AVERAGED, dx=0.05, adapters=[FadingAverage([AVERAGED])])
     found = gained(solver, np.where(np.abs(x[:, 1] - 1.025) < 0.01, 1.0, 0.0))
     assert found.max() == pytest.approx(0.05 / LENGTH, rel=0.05)
 

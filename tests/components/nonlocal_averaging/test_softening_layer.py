@@ -3,8 +3,8 @@
 
 import pytest
 
+from snowmpm.components.nonlocal_averaging.layer import LENGTH, Layer, sheared
 from snowmpm.study.problems.schemes import Scheme
-from snowmpm.study.problems.softening_layer import LENGTH, Layer, sheared
 
 GRIDS = (0.05, 0.1 / 3.0, 0.025)
 """Cells, of SPH spacings [m], a quarter to an eighth of the length."""

@@ -20,9 +20,11 @@ import numpy as np
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.components.nonlocal_averaging.declare import KEY
+from snowmpm.components.nonlocal_averaging.kernels import Nodes, Rows, averaging_kernels
 from snowmpm.errors import InputError
-from snowmpm.particles.averaging_kernels import Nodes, Rows, averaging_kernels
 from snowmpm.particles.blocks import EDGE
+from snowmpm.stepping.component import Adapter
 
 SPACINGS = 1.0 / 0.3157
 """The length over the spacing of its lattice: one over the value of the weight in its middle, a mean over places."""
@@ -85,40 +87,37 @@ class Lattice:
         return sum(8 * array.shape[0] for array in self._sums)
 
 
-class FadingAverage:
+class FadingAverage(Adapter):
     """What the materials of a solver's particles lose of their strength, averaged over their lengths."""
 
-    def __init__(self, particles, precision, serial):
-        """serial: by one thread. Raises InputError for a length that needs too many nodes."""
-        self._particles, laws = particles, particles.materials.laws
-        lengths = [law.averaging_length or 0.0 for law in laws]
-        index = {law.FADES for law, length in zip(laws, lengths, strict=True) if length}
+    name = "nonlocal_averaging"
+
+    def __init__(self, laws):
+        """laws: by material index."""
+        self._lengths = np.array([law.of_components.get(KEY, 0.0) for law in laws])
+        index = {law.FADES for law, length in zip(laws, self._lengths, strict=True) if length}
         assert len(index) == 1, "laws that are averaged keep their variable at one place of the state"
-        real = DTYPES[precision][0]
-        self._kernels = averaging_kernels(particles.layout, real, index.pop(), serial)
-        self._averaged = int_array(np.array(lengths) > 0.0)
-        self._lattices = [Lattice(particles, length, np.array(lengths) == length)
-                          for length in sorted({*lengths} - {0.0})]
-        self._most, self._real = np.zeros(1), real
-        self._kept = self._blocks = None
+        self._index = index.pop()
+
+    def begin(self, solver):
+        """Take a solver's particles. Raises InputError for a length that needs too many nodes."""
+        self._particles, self._real = solver.particles, DTYPES[solver.precision][0]
+        self._kernels = averaging_kernels(solver.particles.layout, self._real, self._index, solver.serial)
+        self._averaged = int_array(self._lengths > 0.0)
+        self._lattices = [Lattice(solver.particles, length, self._lengths == length)
+                          for length in sorted({*self._lengths.tolist()} - {0.0})]
+        self._most, self._kept, self._blocks = np.zeros(1), None, None
         self._follow()
 
-    @classmethod
-    def of(cls, particles, precision, serial):
-        """None where no material is averaged."""
-        if not any(law.averaging_length for law in particles.materials.laws):
-            return None
-        return cls(particles, precision, serial)
-
-    def remember(self):
-        """Before the laws of a step: what their variable is."""
+    def before_gather(self, dt):
+        """Before the laws of a step: remember what their variable is."""
         store = self._particles
         self._follow()
         if self._kept is None or self._kept.shape[0] < store.count:
             self._kept = ti.ndarray(self._real, (max(1, store.capacity),))
         self._kernels.remember(self._rows, self._kept, store.count)
 
-    def spread(self):
+    def after_gather(self, dt):
         """After the laws of a step, before any sort: in place of what each particle gained, the mean around it."""
         self._most[0] = 0.0
         self._kernels.gain(self._rows, self._kept, self._averaged, self._most, self._particles.count)
@@ -126,6 +125,10 @@ class FadingAverage:
         if 0.0 < most < np.inf:
             for lattice in self._lattices:
                 lattice.average(self._kernels, self._rows, self._kept, most)
+
+    def work(self):
+        """Particles, and the step."""
+        return {"particle": self._particles.count, "step": 1.0}
 
     @property
     def _rows(self):

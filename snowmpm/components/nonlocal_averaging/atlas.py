@@ -1,8 +1,8 @@
 """Entries: strength that follows a strain averaged over a length, with few cells over it and beside a wall."""
 
+from snowmpm.components.nonlocal_averaging.layer import LENGTH, STRIP, Layer, sheared
 from snowmpm.study.atlas.entry import Entry
 from snowmpm.study.problems.schemes import APIC, Scheme
-from snowmpm.study.problems.softening_layer import LENGTH, STRIP, Layer, sheared
 
 HEIGHT, SECONDS, CELLS = 4.0 * LENGTH, 0.5, 6
 """Of the layer [m], of the way of its walls [s], over the length where the wall is what matters."""
@@ -49,3 +49,5 @@ ENTRIES = (
         symptom="work of softening over that far away, less 1", limit=BESIDE, measure=work_beside_wall,
         shown="rigid wall", cured="wall with the same length", resolution=0.1),
 )
+
+ATLAS = {"materials and layers": ENTRIES}

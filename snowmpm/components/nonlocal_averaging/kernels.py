@@ -1,4 +1,4 @@
-"""Kernels of the average of a loss of strength (`particles.averaging`)."""
+"""Kernels of the average of a loss of strength (`.average`)."""
 
 import functools
 from types import SimpleNamespace

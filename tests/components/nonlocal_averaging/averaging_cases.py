@@ -1,12 +1,12 @@
-"""Clay that loses strength over a length of its own: `python -m tests.mpm.averaging_cases THREADS` prints what came
-out."""
+"""Clay that loses strength over a length of its own: `python -m` and this module, with how many THREADS, prints what
+came out."""
 
 import hashlib
 import json
 import sys
 
 from snowmpm.compiler import parallel, runtime
-from snowmpm.study.problems.softening_layer import Layer
+from snowmpm.components.nonlocal_averaging.layer import Layer
 
 DX, HEIGHT, STEPS, AT = 0.05, 0.6, 12, 4000
 """Of a thin layer, which has passed its peak in so many steps of a speed that is `AT` times as high."""
@@ -29,7 +29,7 @@ def main(threads):
     for _ in range(STEPS):
         solver.step(1e-5)
     table = solver.particles.table()
-    print(json.dumps({"threads": runtime.threads(), "alone": solver._serial, "yielding": solver.n_plastic,
+    print(json.dumps({"threads": runtime.threads(), "alone": solver.serial, "yielding": solver.n_plastic,
                       "hash": hashlib.sha256(table.tobytes()).hexdigest()}))
 
 

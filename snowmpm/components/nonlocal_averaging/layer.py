@@ -15,6 +15,7 @@ from functools import cache
 
 import numpy as np
 
+from snowmpm.components.nonlocal_averaging.average import FadingAverage
 from snowmpm.materials import DruckerPrager, Elastic, SofteningCone
 from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
@@ -78,14 +79,16 @@ class Layer:
             {"density": HEAVY, "cohesion": HEAVY, "residual_cohesion": HEAVY}))
         wall = strong if self.walls == "clay" else Elastic(
             density=HEAVY, youngs_modulus=law.youngs_modulus, poisson_ratio=law.poisson_ratio)
+        laws = [law, weaker, wall]
         rate = WAY / self.seconds / self.height
         velocity = np.stack([rate * np.clip(x[:, 1], -half, half), 0.0 * x[:, 0]], axis=1)
         reach = half + grip + 5 * self.dx
         solver = self.scheme.solver(
-            Population(x, volumes, np.where(clay, weak, 2), velocity), [law, weaker, wall], dx=self.dx,
+            Population(x, volumes, np.where(clay, weak, 2), velocity), laws, dx=self.dx,
             gravity=np.zeros(2), origin=[0.0, -self.dx * np.ceil(reach / self.dx)], lower=[0.0, -reach],
             upper=[self.width, reach], sides=[["periodic", "periodic"], ["open", "open"]],
-            obstacles=self._plates(rate * half) if sph else ())
+            obstacles=self._plates(rate * half) if sph else (),
+            adapters=[FadingAverage(laws)] if self.length else ())
         if not sph:
             ParticleStates(solver).set(affine=np.where(clay[:, None], [[0.0, rate, 0.0, 0.0]], 0.0))
         return solver, clay

@@ -1,0 +1,1 @@
+"""A loss of strength that follows a strain averaged over a length."""

@@ -1,0 +1,32 @@
+"""Laws whose loss of strength is averaged over a length: who asks for it, and what it does not go with."""
+
+from snowmpm.components.contract import Component
+from snowmpm.errors import InputError
+from snowmpm.registry import COMPONENTS
+
+KEY = "nonlocal_length"
+"""Of a law: l [m]."""
+
+
+def averaged(scene):
+    """{material: length [m]} of a scene's laws that ask for it."""
+    return {name: law.of_components[KEY] for name, law in scene.materials.items() if KEY in law.of_components}
+
+
+def asked(scene):
+    """(key, value) of each."""
+    for name, length in averaged(scene).items():
+        yield f"materials.{name}.{KEY}", length
+
+
+def refuse_interface(scene):
+    """Raise InputError for an interface of such a material, whose points the average leaves out."""
+    for name, length in averaged(scene).items():
+        if any(body.interface and body.material == name for body in scene.bodies):
+            raise InputError.at(f"materials.{name}.{KEY}", length, "does not go with an interface", scene.source)
+
+
+COMPONENTS.add(Component(
+    "nonlocal_averaging", __package__, "averages over a length", asked, order=60,
+    beside=('initial.relaxation = "static"',), refuse=refuse_interface, cautions=f"{__package__}.cautions",
+    atlas=f"{__package__}.atlas"))
