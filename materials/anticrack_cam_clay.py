@@ -93,8 +93,8 @@ class AnticrackCamClay(CriticalStateLaw):
                              f" and {bounds[1]:.2g} m, not {spacing:g}: beyond, a row of them snaps back")
         return self.model_copy(update={"hardening": rate, "reference_thickness": None})
 
-    def as_interface(self, thickness: float) -> "Law":
-        return super().as_interface(thickness).on_grid(thickness / BAND)
+    def of_whole_layer(self, thickness: float) -> "Law":
+        return super().of_whole_layer(thickness).on_grid(thickness / BAND)
 
     def initial_state(self) -> tuple[float, ...]:
         return self.initial_zeta, 1.0 if self.p0 == 0.0 else 0.0

@@ -134,8 +134,8 @@ class CohesiveCrack(Law):
     def thickened_to(self, thickness: float, new_thickness: float) -> "Law":
         return self._with_bulk_alike(super().thickened_to(thickness, new_thickness))
 
-    def as_interface(self, thickness: float) -> "Law":
-        return self._with_bulk_alike(super().as_interface(thickness))
+    def of_whole_layer(self, thickness: float) -> "Law":
+        return self._with_bulk_alike(super().of_whole_layer(thickness))
 
     def _with_bulk_alike(self, law):
         if self.bulk is None:

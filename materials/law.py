@@ -182,7 +182,7 @@ class Law(BaseModel):
         collapse of the layer, per area."""
         return self.model_copy(update={"youngs_modulus": self.youngs_modulus * new_thickness / thickness})
 
-    def as_interface(self, thickness: float) -> "Law":
+    def of_whole_layer(self, thickness: float) -> "Law":
         """The law of a layer [m] that deforms as a whole, without cells, half of whose mass rests on the ground."""
         return self.model_copy(update={"density": 0.5 * self.density})
 

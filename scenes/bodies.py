@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm import components
 from snowmpm.scenes.shapes import BodyShape, ObstacleShape
 from snowmpm.scenes.space import LIST, NUMBER, FileName, Vector, by_type, dimension, zero_vector
 from snowmpm.scenes.spec import Fraction, Name, NonNegative, Number, Positive, Spec, check_period, refuse
@@ -25,11 +26,11 @@ class Body(Spec):
     friction: NonNegative = 0.3
     """Coulomb coefficient of a separate body against the others; between two such bodies the smaller value applies
     [-]"""
-    interface: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
-    """of a layer on the ground: carry it by this many points a cell and direction, without cells of its own
-    (`snowmpm docs interface`); filled with particles when missing"""
     start_time: NonNegative = 0.0
     """when it is released [s]: until then it lies where it is; method = "depth" only"""
+
+
+components.open_table("bodies", Body)
 
 
 def _no_rotation():

@@ -19,6 +19,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from snowmpm import components
 from snowmpm.scenes.space import require_dimension
 from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, refuse
 
@@ -44,14 +45,10 @@ class WeakLayer(SawLayer):
     cells: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
     """represent the layer by this many grid cells, whatever its thickness, with the same stiffness, strength and
     collapse per area (`Law.drawn`); its true thickness when missing"""
-    interface: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
-    """carry the layer by this many points a cell and direction, without cells of its own (`snowmpm docs interface`)"""
 
-    @model_validator(mode="after")
-    def _is_drawn_in_one_way(self):
-        if self.interface is not None and self.cells is not None:
-            raise refuse("does not go with cells, which an interface has none of", "interface", self.interface)
-        return self
+
+OWN_KEYS = frozenset(WeakLayer.model_fields)
+components.open_table("saw_test.weak_layer", WeakLayer)
 
 
 class SawTest(Spec):
@@ -106,13 +103,15 @@ class SawTest(Spec):
     @model_validator(mode="after")
     def _weak_layer_has_its_own_material(self):
         others = [layer.material for layer in (*self.slab, *([self.base] if self.base else []))]
-        for key in ("cells", "interface"):
-            number = getattr(self.weak_layer, key)
-            if number is not None and self.weak_layer.material in others:
-                raise refuse("needs a material that no other layer has", f"weak_layer.{key}", number)
-        if self.weak_layer.interface is not None and self.base is not None:
-            raise refuse("needs rigid ground below: leave saw_test.base out", "weak_layer.interface",
-                         self.weak_layer.interface)
+        cells = self.weak_layer.cells
+        if cells is not None and self.weak_layer.material in others:
+            raise refuse("needs a material that no other layer has", "weak_layer.cells", cells)
+        return self
+
+    @model_validator(mode="after")
+    def _bins_lie_in_the_column(self):
+        if self.resolution is not None and self.resolution > self.length:
+            raise refuse(f"must be at most length = {self.length:g}", "resolution", self.resolution)
         return self
 
     def drawn(self, dx: float) -> "SawTest":
@@ -164,6 +163,12 @@ class SawTest(Spec):
         return (-gravity * sin(angle), *(0.0,) * (dim - 2), -gravity * cos(angle))
 
 
+def _keys_of_components(layer):
+    """Keys of the weak layer that components have added, and that are given: of the body that is made of it, too."""
+    added = WeakLayer.model_fields.keys() - OWN_KEYS
+    return {key: value for key in sorted(added) if (value := getattr(layer, key)) is not None}
+
+
 def made_by(saw_test, dim, dx):
     """Tables of a scene that its saw test creates, as in a scene file."""
     saw_test = saw_test.drawn(dx)
@@ -179,11 +184,10 @@ def made_by(saw_test, dim, dx):
               "boundary": {"z_min": "stick"}}
     bodies, bottom = [], 0.0
     for name, layer in saw_test.layers:
-        points = getattr(layer, "interface", None)
-        first = saw_test.notch if name == "weak_layer" and points is None else 0.0  # points are cut, not taken away
+        carried = _keys_of_components(layer) if name == "weak_layer" else {}
+        first = saw_test.notch if name == "weak_layer" and not carried else 0.0  # who carries a layer cuts it
         shape = _layer_shape(saw_test, dim, first, bottom, bottom + layer.thickness)
-        body = {"name": name, "material": layer.material, "shape": shape}
-        bodies.append(body if points is None else {**body, "interface": points})
+        bodies.append({"name": name, "material": layer.material, "shape": shape, **carried})
         bottom += layer.thickness
     return {"bodies": bodies, "domain": domain}
 

@@ -221,10 +221,6 @@ def _with_saw_test(data, dim):
     dx = solver.get("dx") if isinstance(solver, dict) else None
     # An invalid spacing is refused when the scene is validated
     known = isinstance(dx, int | float) and dx > 0.0
-    finest = dx / (saw_test.weak_layer.interface or 1) if known else 0.0
-    if saw_test.resolution is not None and not finest <= saw_test.resolution <= saw_test.length:
-        raise refuse(f"must be at least {finest:g}, the grid's own, and at most length = {saw_test.length:g}",
-                     "saw_test.resolution", saw_test.resolution)
     return {**data, **made_by(saw_test, dim, dx if known else 1.0)}
 
 

@@ -80,8 +80,6 @@ class Capabilities:
     """water in full pores, whose pressure is among the unknowns of a step (`snowmpm.implicit.soaked`)"""
     flow_water: bool = False
     """water that moves with the snow, and excess pore pressure over its depth (`snowmpm.depth.pore_pressure`)"""
-    interfaces: bool = False
-    """layers without cells of their own between the ground and the snow above (`particles.interface`)"""
     separate_bodies: bool = False
     """bodies that slide on each other and part"""
     saw_test: bool = False
@@ -143,7 +141,6 @@ class MethodEntry:
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         receives=True, averaged_hats=True, water=True, two_velocities=True,
-        interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
         strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),

@@ -33,7 +33,7 @@ MAY_IMPORT = {
     "plugins": {"errors", "registry"},
     "methods": {"registry"},
     # Declarations and what builds a component from a scene; its adapters take a method's kernels
-    "components": {*GROUND, *SHARED, "scenes", "materials", "forcing", "solids", "mpm", "sph", "depth", "implicit",
+    "components": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "depth", "implicit",
                    "running", "advice", "study"},
     "materials": {"compiler", "registry"},
     "memory": {"errors"},
@@ -57,7 +57,7 @@ MAY_IMPORT = {
     "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
     "water": {*GROUND, "compiler", "particles"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
-    "saw_test": {*GROUND, "compiler", "particles", "scenes", "materials"},
+    "saw_test": {*GROUND, "components", "compiler", "particles", "scenes", "materials"},
     "results": {*GROUND, "compiler", "particles"},
     "micro": {*GROUND, "compiler", "seeding", "materials"},  # the laws that tests of grains are fitted with
     "mpm": {*GROUND, *SHARED, "solids", "materials"},

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.weak_layers import coarsest_dx, tuned_to_grid
 from snowmpm.errors import InputError
@@ -191,12 +192,14 @@ def _text(value):
 
 def thinnest(scene):
     """Least extent of a body that a grid must resolve [m]; inf where none is known before it is built. A weak layer
-    that is drawn some cells thick follows the grid, an interface has no cells."""
+    that is drawn some cells thick follows the grid, one that a component carries has no cells."""
     if scene.saw_test:
         test = scene.saw_test
+        carried = next(components.carried(scene, body) for body in scene.bodies if body.name == "weak_layer")
         return min((layer.thickness for _, layer in test.layers
-                    if layer is not test.weak_layer or (layer.cells or layer.interface) is None), default=float("inf"))
-    return min((body.shape.thickness for body in scene.bodies if not body.interface), default=float("inf"))
+                    if layer is not test.weak_layer or not (layer.cells or carried)), default=float("inf"))
+    return min((body.shape.thickness for body in scene.bodies if not components.carried(scene, body)),
+               default=float("inf"))
 
 
 def coarsest(scene):

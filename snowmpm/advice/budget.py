@@ -51,8 +51,7 @@ class Budget:
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(facts.model.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test), work.free, work.segments,
-                                 work.elements, work.substeps, work.unknowns, work.strong, work.points,
-                                 work.components, bool(scene.saw_test))
+                                 work.elements, work.substeps, work.unknowns, work.strong, work.components)
         self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
@@ -141,12 +140,12 @@ class Budget:
                                            (crowd.segments, f"{crowd.segments} segments"),
                                            (crowd.elements, frames)) if n]
             rows.append(("bodies and structures", " and ".join(what), stages["movers"]))
-        if crowd.points:
-            shorter = f", steps {self._shortened:.2f} times as long as without" if self._shortened < 0.995 else ""
-            rows.append(("interface", f"{crowd.points} points{shorter}", stages["interface"]))
         for name, work in crowd.components.items():
-            counts = ", ".join(f"{n} {what}s" for what, n in work.items() if what != "step")
-            rows.append((COMPONENTS[name].words, counts, stages[name]))
+            counts = ", ".join(f"{n} {what}s" for what, n in work.items()
+                               if not what.endswith("step") and not what.startswith("followed"))
+            shorter = self._shortened.get(name, 1.0)
+            rows.append((COMPONENTS[name].words, counts + (
+                f", steps {shorter:.2f} times as long as without" if shorter < 0.995 else ""), stages[name]))
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))

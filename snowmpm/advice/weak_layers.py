@@ -7,6 +7,8 @@ a coarser one, whose cuts are too short, or on a finer one, whose layer may fail
 
 from dataclasses import dataclass
 
+from snowmpm.components import carried
+
 LEAST_CELLS = 2.0
 """Cells through a weak layer: on one, slab_release_resolved stands still after its cut."""
 SLACK = 1e-6
@@ -27,13 +29,13 @@ class WeakLayer:
 
 def weak_layers(scene):
     """`WeakLayer`s of a scene that need cells: not those that a saw test draws some cells thick, which follow the grid,
-    nor interfaces, which have none."""
+    nor those that a component carries, which have none."""
     test = scene.saw_test
     drawn = test is not None and test.weak_layer.cells is not None
     found = []
     for i, body in enumerate(scene.bodies):
         law = scene.materials[body.material]
-        if law.collapses and not body.interface and not (drawn and body.name == "weak_layer"):
+        if law.collapses and not carried(scene, body) and not (drawn and body.name == "weak_layer"):
             found.append(WeakLayer(i, body.name, body.material, body.shape.thickness, law.collapse_thickness is None))
     return found
 

@@ -8,11 +8,12 @@ Without a folder and its line in NAMES all else works as before (`tests/componen
 
 import importlib
 
-from snowmpm.registry import COMPONENTS
+from snowmpm.registry import COMPONENTS, resolved
 
 NAMES = (
     "f_bar",
     "face_loads",
+    "interface_layer",
     "nonlocal_averaging",
 )
 
@@ -33,6 +34,23 @@ def adapters(model, method):
     """An adapter for a method of each that a model's scene asks for and the method supports, in the order in which they
     act."""
     return [component.adapter(method)(model) for component in used(model.scene) if component.supports(method)]
+
+
+def carried(scene, body):
+    """Whether one of them carries a body of a scene, which then has no cells of its own."""
+    return any(component.carries(scene, body) for component in used(scene))
+
+
+def law_of(scene, material):
+    """The law of a component for a material of a scene, None without one."""
+    return next((law for component in used(scene) if (law := component.law(scene, material)) is not None), None)
+
+
+def seeds(scene, i, surface, material):
+    """`Population` of a component for body i of a scene on its ground, of the material of this index; None without
+    one."""
+    makers = (resolved(component.seeds) for component in used(scene) if component.seeds)
+    return next((found for make in makers if (found := make(scene, i, surface, material)) is not None), None)
 
 
 _tables = {}

@@ -16,9 +16,14 @@ class Component:
     package: that its adapters lie in, a module for each method, named after it; words: what it is called in tables of
     `check`; asked: scene -> (key, value) of each key that asks for it; keys: `scenes.spec.Spec`s with keys that it
     adds to tables of a scene, by their places ("solver", "solver.implicit"); order: among the components, those of
-    lower number act first; beside: names of what it does not go with (`setup.refusals.FEATURES`); refuse: scene ->
-    raises InputError for what cannot be; cautions: module with rules of `check`; atlas: module with ATLAS, {group:
-    entries}.
+    lower number act first; owns: what only one component at a time may have; beside: names of what it does not go with
+    (`setup.refusals.FEATURES`); refuse: scene -> raises InputError for what cannot be; cautions: module with rules of
+    `check`; atlas: module with ATLAS, {group: entries}.
+
+    Of one that carries bodies in place of particles that fill them: carries: (scene, body) -> whether it does; law:
+    (scene, material) -> the law in place of that of the scene, or None; seeds: "module:name" of (scene, index of a
+    body, ground, index of its material) -> `particles.population.Population`, or None; saw: "module:name" of the
+    `saw_test.weak_layer.WeakLayer` of a saw test whose weak layer it carries.
     """
 
     REGISTRIES: ClassVar[tuple[Registry, ...]] = (COMPONENTS,)
@@ -28,11 +33,16 @@ class Component:
     words: str
     asked: Callable[[Any], Iterable[tuple[str, object]]]
     order: int
+    owns: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
     refuse: Callable[[Any], None] | None = None
     cautions: str = ""
     atlas: str = ""
     keys: Mapping[str, Any] = field(default_factory=dict)
+    carries: Callable[[Any, Any], bool] = lambda scene, body: False
+    law: Callable[[Any, str], Any] = lambda scene, material: None
+    seeds: str = ""
+    saw: str = ""
 
     def supports(self, method: str) -> bool:
         """Whether it has an adapter for a method."""

@@ -129,12 +129,8 @@ class Crowd:
     strong: int = 0
     """rigid bodies; segments of rods; elements of frameworks, the substeps of all of them, unknowns of those that go to
     rest in each step; segments and elements of structures that answer within the step"""
-    points: float = 0
-    """of interfaces, which are particles too"""
     components: dict = field(default_factory=dict)
     """of each component, what a step has to do for it (`stepping.component.Adapter.work`)"""
-    followed: bool = False
-    """whether a saw test follows them in each step"""
 
     @property
     def n(self):
@@ -145,25 +141,24 @@ class Crowd:
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
                      self.obstacles, self.rests, self.free, self.segments, self.elements, self.substeps, self.unknowns,
-                     self.strong, particles * self.points, self._components_of(particles), self.followed)
+                     self.strong, self._components_of(particles))
 
     def _components_of(self, particles):
-        return {name: {what: n if what == "step" else particles * n for what, n in work.items()}
+        return {name: {what: n if what.endswith("step") else particles * n for what, n in work.items()}
                 for name, work in self.components.items()}
 
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, free bodies and structures, interfaces, components, calls of kernels. Nothing moves far
-    enough to be sorted while an initial state settles, and no saw test has begun."""
+    water in the pores, free bodies and structures, components, calls of kernels. Nothing moves far enough to be
+    sorted while an initial state settles, and nothing is followed yet."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
              "water": pore_water(scheme, crowd.n), "movers": movers(scheme, crowd),
-             "interface": interface(scheme, crowd, crowd.followed and not settling),
-             **{name: component(scheme, name, work) for name, work in crowd.components.items()},
+             **{name: component(scheme, name, work, settling) for name, work in crowd.components.items()},
              "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
@@ -201,19 +196,11 @@ def movers(scheme, crowd):
     return sum(n * _of(scheme, "mover", name) for name, n in counts.items() if n)
 
 
-def interface(scheme, crowd, followed):
-    """ns that points of interfaces add to a step, beside what they take as particles; followed: by a saw test."""
-    if not crowd.points:
-        return 0.0
-    counts = {"particle": crowd.n, "point": crowd.points, "step": 1.0}
-    found = sum(n * _of(scheme, "interface", name) for name, n in counts.items())
-    return found + followed * sum(counts[name] * _of(scheme, "record", name) for name in ("point", "step"))
-
-
-def component(scheme, name, work):
-    """ns that a component adds to a step: work, {row: how often}. What it does with all particles takes more in double
-    precision by as much as a step does."""
-    found = {what: n * _of(scheme, f"{scheme.method} {name}", what) for what, n in work.items()}
+def component(scheme, name, work, settling=False):
+    """ns that a component adds to a step: work, {row: how often}; what is "followed" is not while an initial state
+    settles. What it does with all particles takes more in double precision by as much as a step does."""
+    found = {what: n * _of(scheme, f"{scheme.method} {name}", what) for what, n in work.items()
+             if not (settling and what.startswith("followed"))}
     if "particle" in found and on_grid(scheme):
         steps = [row("step", scheme.dimension, precision, "quadratic affine apic")
                  for precision in (scheme.precision, "f32")]

@@ -30,7 +30,7 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker
 from snowmpm.mixture.room import free_shares
 from snowmpm.mpm.contact.field_pairs import FieldPairs
-from snowmpm.mpm.node import MASS, SECOND, block_nodes, node_vector
+from snowmpm.mpm.node import MASS, SECOND, SPARE, block_nodes, node_vector
 
 LEAST_POROSITY = 0.02
 """Of pores that are nearly closed; the water in them would be stiffer without bound."""
@@ -113,7 +113,7 @@ def exchange_kernels(dim, real, serial):
     """Kernels: `exchange`, rows (k, 4) of contact blocks of grains and water, and `mix`, rows (k, 2) of those of water
     and of grains there, -1 for none."""
     n_nodes, of_node = block_nodes(dim), node_vector(real, True)
-    volume = SECOND + MASS
+    volume = SPARE
 
     @ti.func
     def share_of_water(grains, water, numbers: ti.template()):

@@ -20,6 +20,7 @@ from snowmpm.errors import SimulationError
 from snowmpm.mpm.contact.contact_blocks import ContactBlocks
 from snowmpm.mpm.node import block_nodes, node_mask, node_size, node_vector
 from snowmpm.particles.blocks import EDGE, coordinates_of, fields_of, places_of
+from snowmpm.stepping.component import NONE
 
 NODE_BLOCK_COST = 2
 """Cost of a node block beside that of adding up its tiles, in tiles."""
@@ -41,19 +42,21 @@ class TileGrid:
     particles reach, and in which node blocks these are (`report_functions`).
     nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
-    into chunks of about equal work. hiding: kernels of `hidden_nodes` where there is an interface, else None.
+    into chunks of about equal work.
     """
 
-    def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
+    def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False, adapters=NONE):
         """flip: nodes have two halves (`mpm.node`); bodies: `FieldPairs`, or None
-        where all share one velocity field; joins: whether walls may hold their lines together (`JoinedLines`)."""
+        where all share one velocity field; joins: whether walls may hold their lines together
+        (`JoinedLines`); adapters: of the components at work."""
         self.dim = dim
         self.precision = precision
         self.flip = flip
         self.surfaces = list(surfaces)
         self.bodies = bodies
         self.joins = joins
-        self.tiles = self.nodes = self.hiding = self.contact = None
+        self.adapters = adapters
+        self.tiles = self.nodes = self.contact = None
         self._rows = defaultdict(Rows)
         self.contact_offset = block_nodes(dim) * most_workers()
 
@@ -94,24 +97,19 @@ class TileGrid:
         surfaces that are only found, in the order in which they are to act."""
         if self.bodies:
             self.bodies.apply_contact(self, dx)
-        hidden = self.hiding is not None
-        if hidden:
-            self._turn_hidden(0)
-        for surface, active in zip(self.surfaces, self.contact.active, strict=True):
-            if hidden and surface.tracked:  # obstacles come last
-                hidden = self._turn_hidden(1)
-            if active:
+        for act in self.adapters.before_ground:
+            act(self)
+        self._meet([surface for surface in self.surfaces if not surface.tracked], dx, but)
+        for act in self.adapters.after_ground:
+            act(self)
+        self._meet([surface for surface in self.surfaces if surface.tracked], dx, but)
+
+    def _meet(self, surfaces, dx, but):
+        for surface in surfaces:
+            if self.acts(surface):
                 surface.locate(self)
                 if surface not in but:
                     surface.apply_contact(self, dx)
-
-        if hidden:
-            self._turn_hidden(1)
-
-    def _turn_hidden(self, which):
-        """Hide marked nodes from the surfaces that follow, or show them again; -> False: none is hidden."""
-        self.hiding[which](self.nodes, self.contact_offset, block_nodes(self.dim) * self.contact.n)
-        return False
 
     def acts(self, surface):
         """Whether a surface is near any snow."""

@@ -1,11 +1,11 @@
 """What components use of explicit MPM: its nodes and weights, and the points where kernels contain their functions."""
 
 from snowmpm.mpm.grid import TILE
-from snowmpm.mpm.node import SECOND, node_vector
+from snowmpm.mpm.node import MASS, SECOND, SPARE, block_nodes, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 
-__all__ = ["SECOND", "STENCILS", "TILE", "Inlined", "interpolation", "node_vector"]
+__all__ = ["MASS", "SECOND", "SPARE", "STENCILS", "TILE", "Inlined", "block_nodes", "interpolation", "node_vector"]
 
 
 class Inlined:
@@ -16,6 +16,15 @@ class Inlined:
 
     column = ""
     keeps = False
+
+    def impulse(self, dim, real):
+        """Taichi function of what a particle gives to its nodes: (impulse, ratio, own, dx) -> impulse, pull, spare.
+
+        impulse (dim, dim): -dt V tau / dx [N s], which goes by the slopes of the weights; pull (dim,) [N s]: by the
+        weights alone; spare: to the spare number of the nodes; ratio: J; own: the numbers of its column; dx [m]. One
+        component has it at a time ("the spare number of a node"), with FLIP. None: the component has none.
+        """
+        return None
 
     def gradient(self, dim, real):
         """Taichi function of the velocity gradient before the law: (L, v, ratio, own, dt, dx) -> L, own.

@@ -2,8 +2,7 @@
 
     0 .. dim - 1: momentum, then velocity;   MASS: mass
     SECOND .. SECOND + dim - 1 (FLIP and AFLIP only): internal impulse, then the velocity before it while surfaces act,
-    then the change of velocity; SECOND + MASS: beside water in the pores, volume of snow; MARK, the same place: more
-    than zero on nodes that points of an interface reach
+    then the change of velocity; SPARE: of the one component that asks for it (`kernel_api.Inlined.impulse`)
 
 Eight single-precision numbers are one vector register of a CPU: a node of FLIP costs little more than one without.
 """
@@ -12,7 +11,7 @@ from snowmpm.compiler import ti
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import LARGEST_INDEX
 
-MASS, SECOND, MARK = 3, 4, 7
+MASS, SECOND, SPARE = 3, 4, 7
 
 
 def node_size(flip):

@@ -7,7 +7,6 @@ import numpy as np
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.mpm.boundary import Boundary
-from snowmpm.mpm.companions import Companions
 from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
@@ -82,8 +81,8 @@ class MpmSolver(Solver):
         self.serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         self._phases = phases
         bodies = self._meeting_bodies(population, body_friction)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
-        self.companions = Companions(self, population, laws, self.serial)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()),
+                             adapters=self.adapters)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
         self._report = np.zeros(step_report.N_REPORT)
@@ -110,7 +109,6 @@ class MpmSolver(Solver):
             pushed = self._act(dt)
             if self.boundary.basal:
                 self.boundary.basal.update(self.particles, self.extremes.speed * dt)
-            self.companions.before_scatter(pushed)
             for act in self.adapters.before_scatter:
                 act(pushed)
             self.particles_to_grid(pushed)
@@ -203,10 +201,6 @@ class MpmSolver(Solver):
         self.particles.sort(self.extremes.speed)
         self._rebuild_for_blocks()
 
-    def open(self, numbers, reached, state):
-        """Cut points of interfaces (`SortedParticles.open`)."""
-        self.particles.open(numbers, reached, state)
-
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
         self.particles.remove(gone)
@@ -250,7 +244,6 @@ class MpmSolver(Solver):
 
     def _step_at(self, elastic, advective):
         dt, cause = super()._step_at(elastic, advective)
-        dt = self.companions.shorten(dt, self.critical_cfl, elastic)
         for shorter in self.adapters.limit_dt:
             dt = shorter(dt, self.critical_cfl, elastic)
         return dt, cause
@@ -260,7 +253,7 @@ class MpmSolver(Solver):
     def _bind_kernels(self):
         layout, real, flip, moves = self.particles.layout, self._real, self.flip, self._hands_on
         scheme = self.atomic, flip, self.basis, self._gradient, moves, self.serial
-        self._scatter = scatter_kernel(layout, real, *scheme)
+        self._scatter = scatter_kernel(layout, real, *scheme, self.adapters.inlined)
         self._update = grid_kernels(self.dim, real, flip, self.serial)
         self._gather = gather_kernel(layout, real, self.materials.functions, *scheme,
                                       self.adapters.inlined)
@@ -306,13 +299,12 @@ class MpmSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        joined = {}
-        if self.companions.interface:
-            alone = super()._step_at(self.cfl, self.advective_cfl or self.cfl)[0]
-            joined = {"points": self.companions.interface.points, "shortened": self.expected_dt()[0] / alone}
+        elastic = self.cfl
+        alone = super()._step_at(elastic, self.advective_cfl or elastic)[0]
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
                         sum(bool(obstacle.moving) for obstacle in self.obstacles), self.serial,
-                        components=self.components_work, **self.moved, **joined)
+                        components=self.components_work,
+                        shortened=self.adapters.shortened(alone, self.critical_cfl, elastic), **self.moved)
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

@@ -1,6 +1,7 @@
 """What a scene is made of before a solver takes it: points with volume, material, velocity and initial stress."""
 
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
 import numpy as np
 
@@ -13,8 +14,8 @@ class Population:
     in the order xx, yy, zz, xy[, yz, xz]; zero where not given. volume_ratio (n,): J, 1 where not given; affine (n, dim
     * dim): velocity gradient [1/s]; state (n, k): of the laws, not a number where it is the law's initial one. field
     (n,): velocity field, 0 for all that moves as one continuum. starts (n,): when each may move [s]. water (n, k): what
-    pores hold (`water.particle_kernels`), None without water. interface (n, 2 dim + 2): of points that carry a layer
-    without cells (`particles.interface`), None without.
+    pores hold (`water.particle_kernels`), None without water. columns: numbers of components, {name: (n, k)}, zero
+    where not given. unstressed (n,): which get no initial stress.
     """
 
     positions: np.ndarray
@@ -29,7 +30,8 @@ class Population:
     field: np.ndarray | int = 0
     starts: np.ndarray | float = 0.0
     water: np.ndarray | None = None
-    interface: np.ndarray | None = None
+    columns: dict = dataclass_field(default_factory=dict)
+    unstressed: np.ndarray | bool = False
 
     @classmethod
     def joined(cls, parts):
@@ -44,15 +46,15 @@ class Population:
             if part.state is not None:
                 state[begin:end, : part.state.shape[1]] = part.state
         names = ("positions", "volumes", "material", "velocities", "elastic", "stress", "volume_ratio", "affine")
-        return cls(*(column(name) for name in names), state, column("field"),
-                   column("starts"), interface=cls._interfaces(parts))
+        return cls(*(column(name) for name in names), state, column("field"), column("starts"),
+                   columns=cls._columns(parts), unstressed=column("unstressed"))
 
     @staticmethod
-    def _interfaces(parts):
-        """Columns of the points of interfaces, zero for all other particles; None without such points."""
-        width = max((part.interface.shape[1] for part in parts if part.interface is not None), default=0)
-        return np.concatenate([np.zeros((len(part.volumes), width)) if part.interface is None else part.interface
-                               for part in parts]) if width else None
+    def _columns(parts):
+        """Columns of components, zero where a part has none of them."""
+        widths = {name: values.shape[1] for part in parts for name, values in part.columns.items()}
+        return {name: np.concatenate([part.columns.get(name, np.zeros((len(part.volumes), width))) for part in parts])
+                for name, width in widths.items()}
 
     def __post_init__(self):
         n, dim = self.positions.shape
@@ -65,3 +67,4 @@ class Population:
         self.affine = np.zeros((n, dim * dim)) if self.affine is None else self.affine
         self.field = np.broadcast_to(np.asarray(self.field, np.int64), n).copy()
         self.starts = np.broadcast_to(np.asarray(self.starts, float), n).copy()
+        self.unstressed = np.broadcast_to(np.asarray(self.unstressed, bool), n).copy()

@@ -8,7 +8,6 @@ from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, fields_of, sort_kernels
 from snowmpm.particles.contract import Particles
-from snowmpm.particles.interface_cut import cut_points
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.particles.plan_sums import plan_sums
 from snowmpm.particles.probe import Probe
@@ -41,7 +40,7 @@ class SortedParticles(ParticleStore, Particles):
                  period=None, keep_block_of=False, columns=()):
         """limits: (lower, upper) cells beyond which a particle has left; drift_limit: `Stencil.drift_limit`;
         second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s;
-        columns: of components (name, numbers), which begin with zeros.
+        columns: of components (name, numbers), zero where the population has none of that name.
         """
         self.dim = len(origin)
         self.dx, self.origin = dx, np.asarray(origin, float)
@@ -55,9 +54,7 @@ class SortedParticles(ParticleStore, Particles):
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         n_water = 0 if population.water is None else population.water.shape[1]
-        n_interface = 0 if population.interface is None else population.interface.shape[1]
-        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water, n_interface,
-                        tuple(columns))
+        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water, tuple(columns))
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)
@@ -87,8 +84,7 @@ class SortedParticles(ParticleStore, Particles):
                    "elastic": population.elastic[order], "stress": population.stress[order]}
         if self.layout.water_size:
             columns["water"] = population.water[order]
-        if self.layout.interface_size and population.interface is not None:
-            columns["interface"] = population.interface[order]
+        columns |= {name: population.columns[name][order] for name, _ in self.layout.more if name in population.columns}
         return columns
 
     def _rebuild_for(self, blocks, drift=0.0, moved=None):
@@ -220,12 +216,6 @@ class SortedParticles(ParticleStore, Particles):
             return sever_kernel(self.layout, real)(
                 self.reals, self.slot_offset, self.identity, self.start, self.coordinates, line, radius / self.dx,
                 *numbers, np.array(state, numpy_real), len(self.blocks))
-
-    def open(self, numbers, reached, state):
-        """Cut the points of interfaces numbers[0] <= number < numbers[1] with x < reached [m]: no stress from now on,
-        and the law's severed `state`, if any. What they stored counts as removed energy."""
-        self.changes += 1
-        self.removed["energy"] += cut_points(self, numbers, reached, state or ())
 
     def push(self, numbers, gain):
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""

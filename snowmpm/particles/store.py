@@ -47,15 +47,14 @@ class Layout:
     position [cells, from its block], velocity [m/s], affine: C [1/s], row major; elastic: the law's elastic variable
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
     internal variables; volume_ratio: J = det F; volume: reference volume [m3]; water: what pores hold
-    (`water.particle_kernels`), its mass per reference volume [kg/m3] first; interface: of points that carry a layer
-    without cells (`particles.interface`); more: names of the columns of components, and their numbers.
+    (`water.particle_kernels`), its mass per reference volume [kg/m3] first; more: names of the columns of components,
+    and their numbers.
     """
 
     dim: int
     state_size: int
     by_row: bool = True
     water_size: int = 0
-    interface_size: int = 0
     more: tuple[tuple[str, int], ...] = ()
 
     @property
@@ -67,7 +66,7 @@ class Layout:
         d = self.dim
         return {"position": d, "velocity": d, "affine": d * d, "elastic": self.sym_size, "stress": self.sym_size,
                 "state": self.state_size, "volume_ratio": 1, "volume": 1, "water": self.water_size,
-                "interface": self.interface_size, **dict(self.more)}
+                **dict(self.more)}
 
     @functools.cached_property
     def offsets(self):

@@ -10,6 +10,7 @@ from snowmpm.errors import InputError
 from snowmpm.registry import resolved
 from snowmpm.running.event import Event
 from snowmpm.saw_test.saw import Saw
+from snowmpm.saw_test.weak_layer import weak_layer_of
 
 
 class Cut(Event):
@@ -163,6 +164,6 @@ def make_events(scene):
               for spec, body in zip(scene.events, bodies, strict=True)]
     test = scene.saw_test
     if test:
-        events.append(Saw(names.index("weak_layer"), test.notch, test.cut_length, test.saw_speed, test.saw_start,
-                          test.weak_layer.interface))
+        events.append(Saw(weak_layer_of(scene), names.index("weak_layer"), test.notch, test.cut_length, test.saw_speed,
+                          test.saw_start))
     return events

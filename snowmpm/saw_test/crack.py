@@ -13,16 +13,15 @@ Along the column, in bins that move with the snow:
     work        dissipated in the weak layer per area (`saw_test.layer_work`); its value at the arrival is the fracture
                 energy; friction and compaction behind the tip add to it
 
-The interval of the record is the time in which a wave crosses one bin, of an interface half a cell, or longer if there
-would be more than `MOST_ROWS` rows. Bins of an interface are two points wide, and its work and arrivals are followed in
-each step: a coarse one is as long as a bin takes to break.
+The interval of the record is that of the weak layer (`saw_test.weak_layer`), the time in which a wave crosses one bin,
+or longer if there would be more than `MOST_ROWS` rows. A layer whose steps are as long as a bin takes to break tells of
+arrivals in each of them.
 """
 
 from functools import cached_property
 
 import numpy as np
 
-from snowmpm.saw_test.layer_work import ParticleLayer, PointLayer
 from snowmpm.saw_test.prediction import (
     collapse_wave_speed,
     elastic_predictions,
@@ -30,6 +29,7 @@ from snowmpm.saw_test.prediction import (
     uncounted_by_theories,
 )
 from snowmpm.saw_test.result import result_of
+from snowmpm.saw_test.weak_layer import weak_layer_of
 
 WORN = 0.1
 """Damage of a particle of the weak layer before the saw comes above which a run warns."""
@@ -56,32 +56,25 @@ class CrackRecord:
         self._scene, self._solver, self._saw = scene, solver, saw
         names = [body.name for body in scene.bodies]
         law = simulation.law_of_body(names.index("weak_layer"))
-        self._points = spec.weak_layer.interface
-        width = spec.resolution or max(2.0 * dx / (self._points or 1), spec.length / MOST_BINS)
+        layer = self._kind = weak_layer_of(scene)
+        width = spec.resolution or max(2.0 * layer.finest, spec.length / MOST_BINS)
         self._count_bins(spec.length, width, spec.width_in(scene.dimension))
         wave = solver.particles.materials.wave_speed
-        self.interval = max((0.5 * dx if self._points else self.bin) / wave, scene.end_time / MOST_ROWS)
+        self.interval = max(layer.interval(self.bin, wave), scene.end_time / MOST_ROWS)
 
-        x, total = population.positions, len(population.volumes)
+        x = population.positions
         spacing = scene.solver.spacing(scene.dimension)
         weak = np.flatnonzero(simulation.model.body_of == names.index("weak_layer"))
         middle = spec.slab_bottom + 0.5 * spec.slab_thickness
         slab = np.flatnonzero(np.abs(x[:, -1] - middle) < 1.01 * spacing)
         along = x[:, 0] - spec.lean * (x[:, -1] - spec.slab_bottom)
-        if self._points:
-            along[weak] = x[weak, 0]  # of their place on the face
+        along[weak] = layer.along(x[weak], spec.lean, spec.slab_bottom)
         self._weak_bin, self._slab_bin = (self._bin_of(along[chosen]) for chosen in (weak, slab))
         self._in_bin = np.bincount(self._weak_bin, minlength=len(self.x))
-        self._row = self._in_bin / (1 if self._points else max(1, round(spec.weak_layer.thickness / spacing)))
+        self._row = self._in_bin / layer.rows(spacing)
         self._start = x[slab]
 
-        first = 0 if self._points else len(weak)
-        self._slab = slice(first, None)
-        self._probe = solver.particles.probe(slab if self._points else np.concatenate([weak, slab]), total)
-        if self._points:
-            self._layer = PointLayer(weak, total, population.volumes[weak], law, solver)
-        else:
-            self._layer = ParticleLayer(self._probe, slice(first), law, solver)
+        self._probe, self._slab, self._layer = layer.followed(solver, weak, slab, population, law)
         self._rest = 0.0
         moved = self._moved()
         settlement, slip = self._means(-moved[:, -1], moved[:, 0])
@@ -125,7 +118,7 @@ class CrackRecord:
         """After a step."""
         if self._solver.time >= self._row_at + self.interval:
             self._measure()
-        elif self._points and (self._layer.follow() or self._overdue):
+        elif self._kind.EACH_STEP and (self._layer.follow() or self._overdue):
             self._look_for_arrivals()
 
     def _measure(self):
@@ -159,9 +152,8 @@ class CrackRecord:
         return cracked | sawn | np.isfinite(self.bins["arrival"])
 
     def _wait(self):
-        """Let points of an interface tell of changes where no crack has arrived yet."""
-        if self._points:
-            self._layer.wait_for(np.isnan(self.bins["arrival"])[self._weak_bin])
+        """Let the layer tell of changes where no crack has arrived yet."""
+        self._layer.wait_for(np.isnan(self.bins["arrival"])[self._weak_bin])
 
     def _broken(self):
         """Which bins have broken, and which were sawn."""
@@ -188,7 +180,7 @@ class CrackRecord:
         total = np.bincount(bins.ravel(), values.ravel(), n * len(columns)).reshape(-1, n)
         means = np.full(total.shape, np.nan)
         np.divide(total, count, out=means, where=full)
-        if self._points and full.any():  # which lie closer than particles
+        if self._kind.finest < self._kind.dx and full.any():  # bins are narrower than particles
             return [np.interp(self.x, self.x[full], mean[full]) for mean in means]
         return means
 

@@ -1,27 +1,27 @@
 """The weak layer of a saw test: its particles as they are now, and the work that they took,
 
     V ( int tau : d dt + psi_0 - psi ),     d = sym grad v
-
-of an interface (`particles.interface`) with d the strain of the layer, so that the integral is that of the traction
-over the displacement.
 """
 
 import numpy as np
 
 from snowmpm.materials.symmetric import PAIRS, size
-from snowmpm.particles.interface_probe import InterfaceProbe
 
 BROKEN = 0.99
 """Damage of a particle that has lost its strength."""
 
 
 class LayerWork:
-    """What both kinds of layers share; each knows `there` (n,), the particles that no saw has taken or cut, `broken`
+    """What all kinds of layers share; each knows `there` (n,), the particles that no saw has taken or cut, `broken`
     (n,), those that have lost their strength, and the columns `_stress` (n, sym_size) and `_state` (n, STATE of the
     law)."""
 
     def __init__(self, law):
         self._law = law
+
+    def wait_for(self, particles):
+        """particles (n,): those of which `follow` shall tell when they break; of one that is not followed in each
+        step, none."""
 
     def damage(self, chosen=slice(None)):
         """Of all or some particles (n,) [-]; 0 for a law without one."""
@@ -90,53 +90,3 @@ class ParticleLayer(LayerWork):
     def restore(self, state):
         self.dissipated = np.array(state["dissipated"])
         self._power, self._read_at = state["power"], state["read_at"]
-
-
-class PointLayer(LayerWork):
-    """A layer of points, by what an `InterfaceProbe` follows in each step."""
-
-    def __init__(self, numbers, total, volumes, law, solver):
-        """numbers (n,) of the points, of `total`; volumes (n,) [m3] of the layer below them."""
-        super().__init__(law)
-        self._probe, self._solver = InterfaceProbe(solver.particles, numbers, total), solver
-        self._volumes = volumes.astype(self._probe.stress.dtype).astype(np.float64)  # as particles carry them
-        self._probe.work += self._elastic()
-        self.broken = self.damage() >= BROKEN
-
-    @property
-    def there(self):
-        return self._probe.there & (self._probe.cut == 0.0)
-
-    @property
-    def dissipated(self):
-        return self._probe.work
-
-    def wait_for(self, points):
-        """points (n,): those that shall be `broken` from now on when they are."""
-        self._probe.waiting[:] = points
-
-    def follow(self):
-        """Take in the step; -> whether some of the points that are waited for have broken in it."""
-        self._probe.follow()
-        changed = np.flatnonzero(self._probe.changed)
-        if not len(changed):
-            return False
-        broken = self.damage(changed) >= BROKEN
-        news = broken != self.broken[changed]
-        self.broken[changed] = broken
-        return bool(news.any())
-
-    def _volume(self, chosen):
-        return self._volumes[chosen]
-
-    def _stress(self, chosen):
-        return self._probe.stress[chosen]
-
-    def _states(self, chosen=slice(None)):
-        return self._probe.state[chosen, : len(self._law.STATE)].astype(np.float64)
-
-    def state(self):
-        return {"dissipated": self.dissipated, "power": self._probe.load, "read_at": self._solver.time}
-
-    def restore(self, state):
-        self._probe.work[:], self._probe.load[:] = state["dissipated"], state["power"]

@@ -1,22 +1,18 @@
-"""The saw: it removes the weak layer as it advances; of an interface it takes the stress."""
-
-STROKE = 0.5
-"""Advance of the saw at a time [cells]: the grid resolves no less. Of an interface it is a point."""
+"""The saw: it cuts the weak layer as it advances (`saw_test.weak_layer`)."""
 
 
 class Saw:
-    """An event of the run (`snowmpm.running.events`): all particles of a body with x below the saw's position are
-    removed.
+    """An event of the run (`snowmpm.running.events`): what lies of the layer below the saw's position
+    x is cut.
 
     length, speed, start: total cut [m], [m/s], [s]; it begins at x = notch.
     """
 
     load = None
 
-    def __init__(self, body, notch, length, speed, start, points=None):
-        """points: a cell and direction, of a body that is an interface: they stay, without stress."""
-        self.done, self._opens = length <= notch, points is not None
-        self._stroke = STROKE if points is None else 1.0 / points
+    def __init__(self, layer, body, notch, length, speed, start):
+        """layer: `weak_layer.WeakLayer`; body: its number."""
+        self.done, self._layer = length <= notch, layer
         self._body, self._notch, self._length, self._speed, self._start = body, notch, length, speed, start
         self.cut_to = notch
         """x up to which the weak layer is gone [m]."""
@@ -37,14 +33,7 @@ class Saw:
 
     def apply(self, simulation):
         reached = self.at(simulation.time)
-        if reached < self._length and reached < self.cut_to + self._stroke * simulation.scene.solver.dx:
+        if reached < self._length and reached < self.cut_to + self._layer.stroke:
             return
-        if self._opens:
-            simulation.solver.open(simulation.numbers_of_body(self._body), reached,
-                                   simulation.law_of_body(self._body).severed_state())
-        else:
-            fields = simulation.particles
-            gone = (fields["body"] == self._body) & (fields["position"][:, 0] < reached)
-            if gone.any():
-                simulation.solver.remove(gone)
+        self._layer.cut(simulation, self._body, reached)
         self.cut_to, self.done = reached, reached >= self._length

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.compiler import runtime
 from snowmpm.errors import InputError
 from snowmpm.particles.population import Population
@@ -10,7 +11,6 @@ from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
 from snowmpm.setup.flow_water import two_phases
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
-from snowmpm.setup.interface_points import interface_points
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
 from snowmpm.setup.obstacle_reach import refuse_unreachable
 from snowmpm.setup.pore_water import pore_water, water_columns
@@ -118,9 +118,8 @@ def _seed(scene, surface, obstacles, taken):
             parts.append(_as_left(taken.bodies[body.name], material, field))
             continue
         try:
-            if body.interface:
-                x, volumes, columns = interface_points(scene, body, surface, f"bodies.{i}.shape")
-                parts.append(Population(x, volumes, material, interface=columns))
+            if (part := components.seeds(scene, i, surface, material)) is not None:
+                parts.append(part)
                 shares[body.name] = 1.0
                 continue
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,

@@ -4,7 +4,6 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.materials import pack
-from snowmpm.particles.interface import CUT
 from snowmpm.setup.initial_stress import geostatic_stress, overburden
 
 
@@ -39,11 +38,10 @@ def uniform_pressure(model):
 def _give_stress(model, tau):
     """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the corresponding elastic strain.
 
-    Points of an interface that are cut get none. Raises InputError for a material that cannot carry it.
+    Those that are to have none get none. Raises InputError for a material that cannot carry it.
     """
     scene, population = model.scene, model.population
-    if population.interface is not None:
-        tau = np.where((population.interface[:, CUT * scene.dimension] > 0.0)[:, None, None], 0.0, tau)
+    tau = np.where(population.unstressed[:, None, None], 0.0, tau)
     for m, law in enumerate(model.laws):
         own = population.material == m
         elastic = law.h_from_stress(tau[own])

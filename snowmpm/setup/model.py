@@ -26,7 +26,6 @@ from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.free_bodies import rigid_world
-from snowmpm.setup.interface_points import thickness_of
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
 from snowmpm.setup.two_velocities import has_own_water, two_velocities
@@ -67,10 +66,9 @@ class Model:
     def laws(self):
         dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
         rows = METHODS[self.scene.solver.method].capabilities.rows_of_jump
-        joined = {body.material: thickness_of(self.scene, body) for body in self.scene.bodies if body.interface}
         for name, law in self.scene.materials.items():
-            if name in joined:
-                found.append(law.as_interface(joined[name]))
+            if (changed := components.law_of(self.scene, name)) is not None:
+                found.append(changed)
                 continue
             if test and test.weak_layer.cells and test.weak_layer.material == name:
                 law = law.thickened_to(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)

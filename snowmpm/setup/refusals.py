@@ -6,12 +6,12 @@ from snowmpm import components
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
 from snowmpm.registry import COMPONENTS
+from snowmpm.saw_test.weak_layer import weak_layer_of
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
 from snowmpm.schemes import BASES
-from snowmpm.setup.interface_refusals import refuse_interfaces
 from snowmpm.setup.water_refusals import refuse_beside_water
 
 OF_WATER = {"u_p": ("drainage",), "v_w": ("rain",), "seepage": ("rain",)}
@@ -53,8 +53,6 @@ def demands(scene, later=False):
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
-        if body.interface:
-            yield "interfaces", True, f"bodies.{i}.interface", body.interface
         if body.start_time > 0.0:
             yield "delays", True, f"bodies.{i}.start_time", body.start_time
         if hasattr(raster := getattr(body.shape, "top", None), "file"):
@@ -128,11 +126,11 @@ def refuse_beyond(scene):
     if scene.water:
         refuse_beside_water(scene)
     _refuse_free(scene)
-    refuse_interfaces(scene)
     _refuse_uncomputed(scene)
     _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
     _refuse_beside_components(scene)
+    _refuse_narrow_bins(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
@@ -186,6 +184,14 @@ def _refuse_uncomputed(scene):
                                     scene.source)
 
 
+def _refuse_narrow_bins(scene):
+    """Raise InputError for a record of a saw test that is finer than what carries its weak layer."""
+    test = scene.saw_test
+    if test and test.resolution is not None and test.resolution < (least := weak_layer_of(scene).finest):
+        raise InputError.at("saw_test.resolution", test.resolution, f"must be at least {least:g}, the distance of what"
+                            " carries the weak layer", scene.source)
+
+
 def _refuse_cracks(scene):
     """Raise InputError for material that cracks in steps that are solved for."""
     if METHODS[scene.solver.method].capabilities.solves:
@@ -201,8 +207,7 @@ def _refuse_averaged_hat(scene):
                **({"zone.solver": scene.zone.solver} if scene.zone else {})}
     for key, solver in solvers.items():
         if BASES[solver.kernel].box:
-            beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
-                      "switch": scene.switch, "zone": scene.zone,
+            beside = {"water": scene.water, "switch": scene.switch, "zone": scene.zone,
                       'initial.relaxation = "static"': scene.initial.relaxation == "static"}
             if found := [name for name, there in beside.items() if there]:
                 raise InputError.at(f"{key}.kernel", solver.kernel,
@@ -218,20 +223,25 @@ FEATURES = {
     "initial.from": lambda scene: scene.initial.from_run is not None,
     'initial.stress = "settle"': lambda scene: scene.initial.stress == "settle",
     'initial.relaxation = "static"': lambda scene: scene.initial.relaxation == "static",
-    "interface": lambda scene: any(body.interface for body in scene.bodies),
+    'bodies with contact = "separate"': lambda scene: any(body.contact == "separate" for body in scene.bodies),
     "solver.kernel": lambda scene: BASES[scene.solver.kernel].box,
 }
 """Parts of a scene that not all components go with, by name."""
 
 
 def _refuse_beside_components(scene):
-    """Raise InputError for a component beside what does not know it."""
+    """Raise InputError for a component beside what does not know it, and beside one that has what it needs."""
+    owners = {}
     for component in components.used(scene):
         found = [f'{name} = "{scene.solver.kernel}"' if name == "solver.kernel" else name
                  for name in (*component.beside, *NO_COMPONENT) if FEATURES[name](scene)]
         key, value = next(iter(component.asked(scene)))
         if found:
             raise InputError.at(key, value, f"does not go with {' and '.join(found)}", scene.source)
+        for needed in component.owns:
+            if (first := owners.setdefault(needed, component)) is not component:
+                raise InputError.at(key, value, f"does not go with {next(iter(first.asked(scene)))[0]}: both act on"
+                                                f" {needed}", scene.source)
         if component.refuse:
             component.refuse(scene)
 

@@ -39,6 +39,12 @@ class Adapter:
     def strain(self, mesh: Any, matter: Any) -> Any:
         """Of steps that are solved for: `implicit.balance.Strain`, what laws see of the deformation of the nodes."""
 
+    def before_ground(self, grid: Any) -> None:
+        """Ground and sides meet the nodes next; bodies have met each other, obstacles have not."""
+
+    def after_ground(self, grid: Any) -> None:
+        """Ground and sides have met the nodes; obstacles are next."""
+
     def before_gather(self, dt: float) -> None:
         """The nodes have their new velocities."""
 
@@ -89,7 +95,8 @@ class Adapter:
         """Take over what `state()` gave."""
 
 
-HOOKS = ("before_scatter", "after_scatter", "terms", "strain", "before_gather", "after_gather", "limit_dt")
+HOOKS = ("before_scatter", "after_scatter", "terms", "strain", "before_ground", "after_ground", "before_gather",
+         "after_gather", "limit_dt")
 
 
 class Adapters:
@@ -100,6 +107,8 @@ class Adapters:
     after_scatter: list[Callable[..., None]]
     terms: list[Callable[..., Any]]
     strain: list[Callable[..., Any]]
+    before_ground: list[Callable[..., None]]
+    after_ground: list[Callable[..., None]]
     before_gather: list[Callable[..., None]]
     after_gather: list[Callable[..., None]]
     limit_dt: list[Callable[..., float]]
@@ -114,6 +123,11 @@ class Adapters:
         """The solver has all else that it needs."""
         for one in self._all:
             one.begin(solver)
+
+    def shortened(self, dt: float, critical: float, elastic: float) -> dict[str, float]:
+        """A step with each that limits it over one of dt [s] without, by name."""
+        return {one.name: one.limit_dt(dt, critical, elastic) / dt for one in self._all
+                if type(one).limit_dt is not Adapter.limit_dt}
 
     @property
     def columns(self) -> tuple[tuple[str, int], ...]:
@@ -147,3 +161,6 @@ class Adapters:
         """Take over what `state()` gave."""
         for one in self._all:
             one.restore(state[one.name])
+
+
+NONE = Adapters()

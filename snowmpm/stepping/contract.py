@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from snowmpm.annotations import Floats
-from snowmpm.stepping.component import Adapters
+from snowmpm.stepping.component import NONE, Adapters
 
 if TYPE_CHECKING:
     from snowmpm.particles.contract import Particles
@@ -66,8 +66,8 @@ class Workload:
     surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all; free:
     rigid bodies; segments: of rods; elements: of frameworks, substeps: that all of them take in a step, and unknowns:
     of frameworks that go to rest in each; strong: segments and elements of structures that answer within the step;
-    points: of interfaces, and shortened: the step with them over that of the cells alone; components: what a step has
-    to do for each (`component.Adapter.work`), by its name.
+    components: what a step has to do for each (`component.Adapter.work`), by its name; shortened: the step with each
+    that limits it over that without.
     """
 
     blocks: int
@@ -82,9 +82,8 @@ class Workload:
     substeps: int = 0
     unknowns: int = 0
     strong: int = 0
-    points: int = 0
-    shortened: float = 1.0
     components: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    shortened: Mapping[str, float] = field(default_factory=dict)
 
 
 class Method(ABC):
@@ -105,7 +104,7 @@ class Method(ABC):
     """return maps that failed since time zero"""
     forcing: Any = None
     """`forcing.Forcing` that acts on the particles, or None"""
-    adapters: Adapters = Adapters()
+    adapters: Adapters = NONE
     """of the components at work"""
     water: Any = None
     """`water.pore_water.PoreWater` in the particles, or None"""
@@ -165,11 +164,6 @@ class Method(ABC):
     @abstractmethod
     def remove(self, gone: NDArray[np.bool_]) -> None:
         """Take particles out, `gone` (n,) true in the order of their rows; they count as removed."""
-
-    def open(self, cut: NDArray[np.bool_], state: Sequence[float] | None) -> None:
-        """Cut points of interfaces (`particles.interface`), `cut` (n,) true in the order of their rows: no stress from
-        now on, and the law's severed `state`, if any."""
-        raise NotImplementedError(f"{type(self).__name__} has no interfaces")
 
     def receive(self, population: Any, numbers: NDArray[np.integer[Any]]) -> None:
         """Take in snow from another method: a `particles.population.Population`, and numbers (n,) that no particle has

@@ -12,6 +12,8 @@ from snowmpm.measured import costs
 from snowmpm.scenes.numerics import Sph
 from tests.support.scene_runs import STEPPING, budget_of, forecast, made, measured, rows
 
+WORDS = "layers thinner than a cell"
+"""Of interfaces, in the table of `check`."""
 CHOICES = [row for row in rows() if row["settings"] or row["scene"].endswith(".toml")]
 
 
@@ -48,7 +50,7 @@ def but_for(exceptions):
 def test_interfaces_and_lengths_are_in_the_table():
     """In the plane and in space."""
     budgets = [budget_of_row(row) for row in CHOICES]
-    assert {one.facts.dim for one in budgets if one.crowd.points} == {2, 3}
+    assert {one.facts.dim for one in budgets if "interface_layer" in one.crowd.components} == {2, 3}
     assert {one.facts.dim for one in budgets if one.scheme.lengths == "mean"} == {2, 3}
 
 
@@ -74,22 +76,25 @@ def test_steps_of_measured_runs(row):
     assert steps == pytest.approx(float(row["steps"]), rel=0.15)
 
 
+def shortened(budget):
+    return budget.facts.solver.workload.shortened["interface_layer"]
+
+
 def test_check_tells_of_the_points_and_their_step():
     """c / t of a layer thinner than a fifth of the cell shortens the step; one as thick as the cell hardly does."""
     coarse, fine = (made("pst_2d", {
         "solver.dx": dx, "initial.stress": "geostatic", "saw_test.weak_layer": {
             "material": "weak_layer", "thickness": 0.05, "interface": 4}}) for dx in (0.25, 0.05))
-    told = {budget: next(row for row in budget.payments() if row.what == "interface") for budget in (coarse, fine)}
-    assert f"{coarse.facts.solver.workload.points} points" in told[coarse].detail
-    assert coarse.facts.solver.workload.points == 24 * 4
-    assert coarse.facts.solver.workload.shortened < 0.5 < fine.facts.solver.workload.shortened < 1.0
+    told = {budget: next(row for row in budget.payments() if row.what == WORDS) for budget in (coarse, fine)}
+    assert f", {24 * 4} points, steps 0." in told[coarse].detail
+    assert shortened(coarse) < 0.5 < shortened(fine) < 1.0
     assert all(row.seconds > 0.0 and 0.0 < row.share < 1.0 for row in told.values())
 
 
 def test_no_interface_costs_nothing():
     budget = budget_of("pst_2d")
-    assert budget.stages()["interface"] == 0.0
-    assert all(row.what != "interface" for row in budget.payments())
+    assert "interface_layer" not in budget.stages()
+    assert all(row.what != WORDS for row in budget.payments())
 
 
 @pytest.mark.parametrize("dim", (2, 3))

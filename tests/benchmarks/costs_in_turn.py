@@ -2,7 +2,6 @@
 turn, by the processor time of one thread."""
 
 import time
-from dataclasses import replace
 
 import mpm_step
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from snowmpm import Simulation
 from snowmpm.advice.calibration import Speed, measured_speed, speed_now
 from snowmpm.measured import costs
+from snowmpm.mpm.solver import MpmSolver
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
 from snowmpm.schemes import BASES
@@ -78,11 +78,11 @@ def interface():
             rows.append((count, n, 1.0))
             more.append(ns)
         for name, ns in zip(("particle", "point", "step"), np.linalg.solve(rows, more), strict=True):
-            yield "interface", dim, "f32", name, max(0.0, ns)
+            yield "mpm interface_layer", dim, "f32", name, max(0.0, ns)
         few, many = (_followed(dim, length) for length in ((4.0, 40.0) if dim == 2 else (2.0, 8.0)))
         point = max(0.0, (many[1] - few[1]) / (many[0] - few[0]))
-        yield "record", dim, "f32", "point", point
-        yield "record", dim, "f32", "step", max(0.0, few[1] - point * few[0])
+        yield "mpm interface_layer", dim, "f32", "followed point", point
+        yield "mpm interface_layer", dim, "f32", "followed step", max(0.0, few[1] - point * few[0])
 
 
 class Slowness:
@@ -114,13 +114,14 @@ def _with_and_without_points(dim, side, points):
         "solver": {"dx": 1.0, "transfer": "aflip"}, "terrain": {**ground, "contact": "separate", "friction": 0.3},
         "domain": {"min": [0.0] * (dim - 1) + [-4.0], "max": [side + 16.0] * (dim - 1) + [8.0]},
         "materials": {name: snow for name in layers}, "bodies": bodies}))
-    solvers = [model.solver(), model.solver(replace(model.population, interface=None))]
+    solvers = [model.solver(), MpmSolver.of(model.population, model.laws, model.scene.solver, **model._setting())]
     dt, taken, slowness = 0.5 * min(solver.stable_dt()[0] for solver in solvers), [], Slowness()
     for _ in range(WARM_UP + PAIRS):
         slowness.sample()
         taken.append([_seconds_of_step(solver, dt) for solver in solvers])
     more = np.median([row[0] - row[1] for row in taken[WARM_UP:]])
-    return solvers[0].particles.count, solvers[0].workload.points, 1e9 * more / slowness()[0]
+    points = solvers[0].workload.components["interface_layer"]["point"]
+    return solvers[0].particles.count, points, 1e9 * more / slowness()[0]
 
 
 def _followed(dim, length):
@@ -147,7 +148,8 @@ def _followed(dim, length):
             slowness.sample()
         simulation.step()
         steps += 1
-    return simulation.solver.workload.points, 1e9 * spent[0] / steps / slowness()[1]
+    points = simulation.solver.workload.components["interface_layer"]["point"]
+    return points, 1e9 * spent[0] / steps / slowness()[1]
 
 
 def columns():

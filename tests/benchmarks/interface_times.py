@@ -3,8 +3,8 @@
     python tests/benchmarks/interface_times.py [CASE ...]
 
 Processor time of the steps of one thread, in turn in one process, with bins of 5 cm in both (10 points a cell); after
-a coarse run that loads kernels. Prints a line a case of `support/interface_saw_tests.py`: seconds of both, median of
-three coarse runs, their ratio, and the speeds of the crack [m/s]. Twenty times less was asked.
+a coarse run that loads kernels. Prints a line a case of `tests/components/interface_layer/saw_tests.py`: seconds of
+both, median of three coarse runs, their ratio, and the speeds of the crack [m/s]. Twenty times less was asked.
 """
 
 import sys
@@ -14,7 +14,7 @@ from statistics import median
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from snowmpm.compiler import runtime
-from tests.support.interface_saw_tests import CASES, cracked
+from tests.components.interface_layer.saw_tests import CASES, cracked
 
 COARSE, FINE, POINTS = 0.25, 0.025, 10
 

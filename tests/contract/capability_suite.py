@@ -223,18 +223,6 @@ def _saw(method):
         "solver.method": method, "solver.dx": 0.04, "saw_test.length": 1.2, "initial.stress": "geostatic"}))
 
 
-def _on_interface(method):
-    return Simulation(snowmpm.load_scene("pst_2d", {
-        "solver.method": method, "solver.dx": 0.25, "saw_test.length": 1.2, "initial.stress": "geostatic",
-        "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05, "interface": 2}}))
-
-
-def _is_carried(simulation):
-    steps(simulation, 5)
-    np.testing.assert_allclose(simulation.solver.totals.impulse, -simulation.solver.totals.weight_impulse, rtol=0.1,
-                               atol=1.0)
-
-
 def _is_recorded(simulation):
     steps(simulation, 2)
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
@@ -320,7 +308,6 @@ CAPABILITIES = {
     "seepage": Asked(_with_seepage, _seeps_down),
     "solved_water": Asked(_full, _stays_full),
     "separate_bodies": Asked(_two_bodies, _parted),
-    "interfaces": Asked(_on_interface, _is_carried),
     "saw_test": Asked(_saw, _is_recorded),
     "averaged_hats": Asked(_on_hats, _stopped),
     "presets": Asked(_along, _changes_something),

@@ -8,6 +8,7 @@ from snowmpm.errors import InputError
 from snowmpm.io.saw_words import in_short, outcome
 from snowmpm.quantities.saw import COLUMN_TOO_SHORT, NOT_HAPPENED, REASONS, RUN_TOO_SHORT, VOID
 from snowmpm.scenes import load_scene
+from snowmpm.setup.refusals import refuse_beyond
 from tests.support.saw_records import SAW, found, record, runaway
 
 LATE = {"crack_speed", "top_speed", "collapse_height", "fracture_energy"}
@@ -110,4 +111,6 @@ def test_check_says_before_what_a_column_cannot_tell():
 def test_the_precision_asked_for_is_the_width_of_the_bins():
     assert load_scene("pst_2d", {"saw_test.resolution": 0.03}).saw_test.resolution == 0.03
     with pytest.raises(InputError, match=r"saw_test\.resolution = 0\.01: must be at least 0\.025"):
-        load_scene("pst_2d", {"saw_test.resolution": 0.01})
+        refuse_beyond(load_scene("pst_2d", {"saw_test.resolution": 0.01}))
+    with pytest.raises(InputError, match=r"saw_test\.resolution = 9\.0: must be at most length = 6"):
+        load_scene("pst_2d", {"saw_test.resolution": 9.0})

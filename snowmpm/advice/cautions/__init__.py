@@ -9,7 +9,6 @@ from snowmpm.advice.cautions import (  # noqa: F401
     cracks,
     deep_release,
     ground_friction,
-    interfaces,
     layers,
     round_off,
     saw_column,

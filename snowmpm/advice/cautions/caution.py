@@ -40,6 +40,18 @@ def accepted(facts, changes):
     return True
 
 
+CURES = {}
+"""More cures of cautions, {rule: [(facts, what it is about) -> text, such as ", or key = value"]}, of components."""
+
+
+def cure(name):
+    """Mark a function as one more cure that the rule of this name offers."""
+    def marked(function):
+        CURES.setdefault(name, []).append(function)
+        return function
+    return marked
+
+
 def rule(*methods):
     """Mark a generator of cautions about scenes of these methods."""
     def marked(function):

@@ -7,6 +7,7 @@ import numpy as np
 from snowmpm.advice.cautions.caution import beyond, rounded_down, rule, worded
 from snowmpm.advice.refinement import refined, within_reach
 from snowmpm.amounts import large, long_time
+from snowmpm.components import carried
 from snowmpm.measured.borders import shipped
 
 AFLIP = 'solver.transfer = "aflip", flip_ratio = 0.99 and '
@@ -51,7 +52,7 @@ def stiffness_contrast(facts):
 def thin_layer(facts):
     """A soft layer between stiffer bodies, by the contrast to the softest of them."""
     for body, spec in enumerate(facts.scene.bodies):
-        if spec.interface:
+        if carried(facts.scene, spec):
             continue
         others = [pair.second if pair.first == body else pair.first for pair in facts.pairs
                   if body in (pair.first, pair.second) and pair.distance == 0]
@@ -73,7 +74,7 @@ def softening_on_grid(facts):
     the calibration this is correct, so the rule warns only of layers with more cells than collapse as one."""
     for body, spec in enumerate(facts.scene.bodies):
         law = facts.scene.materials[spec.material]
-        if law.collapses and law.collapse_thickness is None and not spec.interface:
+        if law.collapses and law.collapse_thickness is None and not carried(facts.scene, spec):
             border = shipped()["softening_on_grid", "as given"]
             ratio = DRAWN_CELLS / facts.thickness(body)
             if border.failing(ratio):

@@ -4,6 +4,7 @@ from snowmpm.advice.cautions.caution import Caution, rule
 from snowmpm.methods import METHODS
 from snowmpm.saw_test.prediction import predictions
 from snowmpm.saw_test.result import FREE_END, STEADY
+from snowmpm.saw_test.weak_layer import weak_layer_of
 
 
 @rule(*METHODS)
@@ -13,7 +14,7 @@ def short_column(facts):
     if test is None:
         return
     D, length, sawn = test.slab_thickness, test.length, _sawn(facts.scene)
-    width = test.resolution or 2.0 * facts.dx / (test.weak_layer.interface or 1)
+    width = test.resolution or 2.0 * weak_layer_of(facts.scene).finest
     critical = max(test.notch, min([*_critical_lengths(facts.scene), test.cut_length])) + 2.0 * width
     needs = {"crack speed": critical + (STEADY + 1.0 + FREE_END) * D,
              "collapse height": max(critical, sawn) + 4.0 * D, "fracture energy": critical + 3.0 * D}

@@ -1,6 +1,6 @@
 """Rules: weak layers through which no crack runs on this grid, or another one than the scene was made for."""
 
-from snowmpm.advice.cautions.caution import Caution, accepted, rule
+from snowmpm.advice.cautions.caution import CURES, Caution, rule
 from snowmpm.advice.weak_layers import LEAST_CELLS, SLACK, weak_layers
 from snowmpm.errors import InputError
 from snowmpm.measured.borders import shipped
@@ -16,20 +16,11 @@ def cells_through_weak_layer(facts):
     for layer in weak_layers(facts.scene):
         cells = facts.thickness(layer.body)
         if cells < LEAST_CELLS * (1.0 - SLACK):
+            more = "".join(cure(facts, layer) for cure in CURES.get("cells_through_weak_layer", ()))
             yield Caution("", f"bodies.{layer.body} ({layer.name})",
                           f"{cells:.3g} cells through a weak layer are fewer than {LEAST_CELLS:g}: cracks may not run"
                           " in it, and nothing is released",
-                          f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less{_or_interface(facts, layer)}")
-
-
-def _or_interface(facts, layer):
-    """The key that makes an interface of a layer, where the scene takes it; else that there is such a thing."""
-    saw = facts.scene.saw_test
-    key, points = f"bodies.{layer.body}.interface", 4 if facts.scene.dimension == 2 else 2
-    if saw:
-        key = "saw_test.weak_layer.interface"
-    said = f", or {key} = {points}" if accepted(facts, {key: points}) else "; or the layer as an interface"
-    return f"{said} (`snowmpm docs interface`)"
+                          f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less{more}")
 
 
 @rule("mpm")

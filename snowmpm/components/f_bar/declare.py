@@ -51,4 +51,5 @@ def refuse_elsewhere(scene):
 COMPONENTS.add(Component(
     "f_bar", __package__, "one change of volume a cell", asked, order=30,
     keys={"solver": OfSolver, "solver.implicit": OfImplicit},
-    beside=("water", "interface", "solver.kernel"), refuse=refuse_elsewhere, cautions=f"{__package__}.cautions"))
+    owns=("the deformation of particles",), beside=("water", "solver.kernel"), refuse=refuse_elsewhere,
+    cautions=f"{__package__}.cautions"))

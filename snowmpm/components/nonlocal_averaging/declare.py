@@ -1,7 +1,6 @@
 """Laws whose loss of strength is averaged over a length: who asks for it, and what it does not go with."""
 
 from snowmpm.components.contract import Component
-from snowmpm.errors import InputError
 from snowmpm.registry import COMPONENTS
 
 KEY = "nonlocal_length"
@@ -19,14 +18,7 @@ def asked(scene):
         yield f"materials.{name}.{KEY}", length
 
 
-def refuse_interface(scene):
-    """Raise InputError for an interface of such a material, whose points the average leaves out."""
-    for name, length in averaged(scene).items():
-        if any(body.interface and body.material == name for body in scene.bodies):
-            raise InputError.at(f"materials.{name}.{KEY}", length, "does not go with an interface", scene.source)
-
-
 COMPONENTS.add(Component(
     "nonlocal_averaging", __package__, "averages over a length", asked, order=60,
-    beside=('initial.relaxation = "static"',), refuse=refuse_interface, cautions=f"{__package__}.cautions",
+    beside=('initial.relaxation = "static"',), cautions=f"{__package__}.cautions",
     atlas=f"{__package__}.atlas"))

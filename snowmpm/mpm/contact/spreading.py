@@ -23,9 +23,9 @@ from snowmpm.mpm.transfer.stencil import STENCILS
 
 
 @functools.cache
-def spreading(dim, real, basis, gradient, flip, affine, atomic, interface=False):
-    """Taichi functions of a scatter, and how many vectors they need. affine: C counts; interface: there are points of
-    an interface, which mark their nodes."""
+def spreading(dim, real, basis, gradient, flip, affine, atomic, pulls=False):
+    """Taichi functions of a scatter, and how many vectors they need. affine: C counts; pulls: a component gives
+    impulses by the weights alone."""
     stencil, shape = STENCILS[basis], gradient == "shape"
     width = stencil.width
     size = node_size(flip)
@@ -38,8 +38,8 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic, interface=False)
     def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse, pull, beside):
         """Write the vectors of a particle: u along each axis, q where none took it up, `size` numbers a lane.
 
-        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; pull (dim,) [N s]: impulse of an
-        interface, which goes by the weights alone; beside: V J beside water [m3], or 1 of the points of an interface.
+        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; pull (dim,) [N s]: one that goes
+        by the weights alone; beside: to the spare number of the nodes.
         """
         for half in ti.static(range(size // SECOND)):
             s, g = ti.Matrix.zero(real, dim, dim), ti.Matrix.zero(real, dim, dim)
@@ -55,7 +55,7 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic, interface=False)
                 heavy = mass
             else:
                 heavy = beside
-            if ti.static(half == pulled and interface):
+            if ti.static(half == pulled and pulls):
                 q += pull
             for a in ti.static(range(dim)):
                 for k in ti.static(range(width)):

@@ -5,7 +5,7 @@
     L = grad v: C with the gradient "affine", sum_i v_i grad w^T with "shape" (see `scatter`)
     f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f
 
-Of points of an interface L is that of their layer (`particles.interface`).
+Components may change L (`kernel_api.Inlined.gradient`).
 
 f is the deformation of the map x + dt v_grid(x) itself, so that stress and places stay one thing: v is that of the end
 of the step over the geometry of its start, and in a rotation L has the part -omega^2 dt / 2 I, which leaves det f = 1 +
@@ -23,7 +23,6 @@ from snowmpm.mpm.node import SECOND, node_vector
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.gather_packs import gradient_functions, pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
-from snowmpm.particles.interface import CUT, interface_functions, lift_at
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
 from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, STRAINED, SUMMED, WAVE2
@@ -52,7 +51,6 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine, inlined):
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
-    joined, layer = layout.interface_size > 0, interface_functions(dim, real)
     bent = gradient_functions(layout, real, inlined)
 
     @ti.func
@@ -65,18 +63,6 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine, inlined):
         C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
         velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
         x += (dt * inverse_dx) * velocity
-        if ti.static(joined):
-            own = access.load(reals, places, p, at["interface"], layout.interface_size)
-            per_length = ti.Vector([own[a] for a in ti.static(range(dim))])
-            u = ti.Vector([own[dim + a] for a in ti.static(range(dim))])
-            face = layer.face_velocity(L, velocity, per_length, own[ti.static(lift_at(dim))])
-            L = layer.gradient(L, face, per_length, own[ti.static(CUT * dim)],
-                               access.load(reals, places, p, at["volume_ratio"], 1)[0])
-            u += layer.stands(per_length) * dt * face
-            per_length = layer.left(per_length, u, 1.0 / inverse_dx)
-            for a in ti.static(range(dim)):
-                own[a], own[dim + a] = per_length[a], u[a]
-            access.store(reals, places, p, at["interface"], own)
         for k in ti.static(range(len(bent))):
             own = access.load(reals, places, p, bent[k].at, bent[k].size)
             ratio = access.load(reals, places, p, at["volume_ratio"], 1)[0]

@@ -18,7 +18,6 @@ from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE
-from snowmpm.particles.interface import CUT, interface_functions, lift_at
 from snowmpm.particles.law_packs import law_functions, most_held
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
@@ -51,19 +50,18 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
     of_node, size, mask = node_vector(real, flip), node_size(flip), node_mask(flip)
     some_stiffen = any(law.stiffness is not None for law in laws)
     some_bonded = any(law.bonds is not None for law in laws)
-    shape, width, joined = gradient == "shape", STENCILS[basis].width, layout.interface_size > 0
+    shape, width = gradient == "shape", STENCILS[basis].width
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     apply_laws = law_functions(layout, real, laws)
-    layer, bent = interface_functions(dim, real), gradient_functions(layout, real, inlined)
+    bent = gradient_functions(layout, real, inlined)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
                ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
                ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1),
-               ("held", most_held(laws, sym_size)), ("interface", layout.interface_size),
-               *((one.column, one.size) for one in bent))
+               ("held", most_held(laws, sym_size)), *((one.column, one.size) for one in bent))
     n_sums = 1 + dim * (1 + shape)  # node vectors: w v, its moments, its slopes
     # Of the second half of a node no moments are wanted. In single precision both halves are one register, and take
     # no longer than one; in double precision each has its own
@@ -80,9 +78,6 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
             write_lane(pack["state"], lane, access.load(reals, places, p, at["state"], layout.state_size))
             write_lane(pack["ratio"], lane, access.load(reals, places, p, at["volume_ratio"], 1))
             write_lane(pack["volume"], lane, access.load(reals, places, p, at["volume"], 1))
-            if ti.static(joined):
-                write_lane(pack["interface"], lane, access.load(reals, places, p, at["interface"],
-                                                                layout.interface_size))
             for k in ti.static(range(len(bent))):
                 write_lane(pack[bent[k].column], lane, access.load(reals, places, p, bent[k].at, bent[k].size))
             if ti.static(flip):
@@ -137,20 +132,6 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
                     pack["old"][i][lane] += sums[0][size * lane + ti.static(SECOND + i)]
 
     @ti.func
-    def follow_layer(pack: ti.template(), lane, L, v, dt, dx):
-        """Velocity gradient of a lane that may be a point of an interface, which moves on."""
-        b, u = ti.Vector.zero(real, dim), ti.Vector.zero(real, dim)
-        for a in ti.static(range(dim)):
-            b[a], u[a] = pack["interface"][a][lane], pack["interface"][dim + a][lane]
-        face = layer.face_velocity(L, v, b, pack["interface"][ti.static(lift_at(dim))][lane])
-        found = layer.gradient(L, face, b, pack["interface"][ti.static(CUT * dim)][lane], pack["ratio"][0][lane])
-        u += layer.stands(b) * dt * face
-        b = layer.left(b, u, dx)
-        for a in ti.static(range(dim)):
-            pack["interface"][a][lane], pack["interface"][dim + a][lane] = b[a], u[a]
-        return found
-
-    @ti.func
     def deform_pack(pack: ti.template(), dt, inverse_dx, flip_ratio):
         """Velocity, C and deformation of all lanes."""
         for lane in range(LANES):
@@ -159,8 +140,6 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
                 slopes = read_matrix_lane(pack["slopes"], lane)
             moments = read_matrix_lane(pack["moments"], lane)
             C, L = grid.gradients(read_lane(pack["f"], lane), v, moments, slopes, inverse_dx)
-            if ti.static(joined):
-                L = follow_layer(pack, lane, L, v, dt, 1.0 / inverse_dx)
             for k in ti.static(range(len(bent))):
                 own = read_lane(pack[bent[k].column], lane)
                 L, own = bent[k].act(L, v, pack["ratio"][0][lane], own, dt, 1.0 / inverse_dx)
@@ -210,8 +189,6 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
             particle.store_motion(p, reals, places, read_lane(pack["v"], lane), read_matrix_lane(pack["C"], lane))
             particle.store_response(p, reals, places, read_lane(pack["h"], lane), read_lane(pack["tau"], lane),
                                     read_lane(pack["state"], lane), pack["ratio"][0][lane])
-            if ti.static(joined):
-                access.store(reals, places, p, at["interface"], read_lane(pack["interface"], lane))
             for k in ti.static(range(len(bent))):
                 if ti.static(bent[k].keeps):
                     access.store(reals, places, p, bent[k].at, read_lane(pack[bent[k].column], lane))

@@ -10,7 +10,7 @@ stress tau and reference volume V:
              = -V tau grad w_ip                gradient "shape": the classical form (Sulsky et al. 1995,
                                                doi:10.1016/0010-4655(94)00170-7)
 
-Points of an interface have another gradient (`particles.interface`). PIC and FLIP leave out m C. A CPU takes the
+A component may change the impulse (`kernel_api.Inlined.impulse`). PIC and FLIP leave out m C. A CPU takes the
 particles of a block in packs (`scatter_packs`), a GPU one a thread.
 """
 
@@ -22,33 +22,34 @@ from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import node_size, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
-from snowmpm.mpm.transfer.scatter_packs import scatter_pack_kernel
-from snowmpm.particles.interface import interface_functions, lift_at
+from snowmpm.mpm.transfer.scatter_packs import impulse_function, scatter_pack_kernel
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
 
-def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False):
+def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False,
+                   inlined=()):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
     flip: the internal impulse goes to the second half of a node, since FLIP needs the velocity before it.
     basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP). serial:
-    by one thread, unless atomic.
+    by one thread, unless atomic; inlined: `kernel_api.Inlined` of components.
     """
-    scheme = layout, real, flip, basis, gradient, affine
+    scheme = layout, real, flip, basis, gradient, affine, inlined
     return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial)
 
 
 @functools.cache
-def particle_kernel(layout, real, flip, basis, gradient, affine):
+def particle_kernel(layout, real, flip, basis, gradient, affine, inlined):
     """The kernel for one particle a thread."""
     dim, tile_edge = layout.dim, TILE[layout.dim]
     shape = gradient == "shape"
     access, at = accessors(layout), layout.offsets
     of_node, size = node_vector(real, flip), node_size(flip)
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
-    joined = layout.interface_size > 0
-    parts, layer = spreading(dim, real, basis, gradient, flip, affine, True, joined), interface_functions(dim, real)
+    given = impulse_function(layout, real, inlined)
+    pulls = given is not None
+    parts = spreading(dim, real, basis, gradient, flip, affine, True, pulls)
 
     @ti.func
     def symmetric_matrix(s):
@@ -71,20 +72,16 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
                     C[i, a] = rows[dim * i + a]
         tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
         volume = access.load(reals, places, p, at["volume"], 1)[0]
-        mass, bulk = volume * materials[material[p], DENSITY], ti.cast(0.0, real)
+        mass, beside = volume * materials[material[p], DENSITY], ti.cast(0.0, real)
         if ti.static(layout.water_size > 0):
             mass += volume * access.load(reals, places, p, at["water"], 1)[0]
-            bulk = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
+            beside = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
         vectors = [ti.Vector.zero(real, size) for _ in ti.static(range(parts.n_vectors))]
-        pull, mark, turn = ti.Vector.zero(real, dim), ti.cast(0.0, real), ti.Matrix.zero(real, dim, dim)
-        if ti.static(joined):
-            own = access.load(reals, places, p, at["interface"], layout.interface_size)
-            per_length = ti.Vector([own[a] for a in ti.static(range(dim))])
-            mark = layer.stands(per_length)
-            pull = (-dt * volume / access.load(reals, places, p, at["volume_ratio"], 1)[0]) * (tau @ per_length)
-            turn = (own[ti.static(lift_at(dim))] / dx) * pull.outer_product(layer.normal(per_length))
-        impulse = ((mark - 1.0) * dt / dx * volume) * tau - mark * turn
-        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, impulse, pull, mark if ti.static(joined) else bulk)
+        impulse, pull = (-dt / dx * volume) * tau, ti.Vector.zero(real, dim)
+        if ti.static(pulls):
+            own = access.load(reals, places, p, given.at, given.size)
+            impulse, pull, beside = given.act(impulse, access.load(reals, places, p, at["volume_ratio"], 1)[0], own, dx)
+        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, impulse, pull, beside)
         parts.spread(tiles, address, w, vectors, 0)
 
     @taichi_kernel

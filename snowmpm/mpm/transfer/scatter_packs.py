@@ -5,6 +5,7 @@ add it up one after the other, in their order, the numbers of a node in a regist
 """
 
 import functools
+from types import SimpleNamespace
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
@@ -16,13 +17,21 @@ from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.mpm.node import node_mask, node_size, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
-from snowmpm.particles.interface import interface_functions, lift_at
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
 
+def impulse_function(layout, real, inlined):
+    """Of the component that acts on the impulse of a particle: act, its function; at and size of its column; None
+    without one. inlined: `kernel_api.Inlined`s."""
+    found = [(one, act) for one in inlined if (act := one.impulse(layout.dim, real)) is not None]
+    assert len(found) <= 1, "one component at a time has the spare number of a node"
+    return SimpleNamespace(act=found[0][1], at=layout.offsets[found[0][0].column],
+                           size=layout.sizes[found[0][0].column]) if found else None
+
+
 @functools.cache
-def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
+def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, serial):
     """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order"""
     dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -30,13 +39,13 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
     width, plane = STENCILS[basis].width, tile_strides(dim)[0]
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
-    joined = layout.interface_size > 0
-    parts = spreading(dim, real, basis, gradient, flip, affine, False, joined)
-    layer = interface_functions(dim, real)
+    given = impulse_function(layout, real, inlined)
+    pulls = given is not None
+    n_own = given.size if given else 0
+    parts = spreading(dim, real, basis, gradient, flip, affine, False, pulls)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
-               ("w", width * dim), ("bulk", int(layout.water_size > 0)), ("per_length", dim * joined),
-               ("ratio", 1 * joined), ("lift", 1 * joined))
+               ("w", width * dim), ("bulk", int(layout.water_size > 0)), ("own", n_own), ("ratio", int(n_own > 0)))
     entry = entries(dim)
 
     @ti.func
@@ -53,11 +62,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
             volume = access.load(reals, places, p, at["volume"], 1)[0]
             pack["volume"][0][lane] = volume
             pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
-            if ti.static(joined):
-                own = access.load(reals, places, p, at["interface"], layout.interface_size)
-                for a in ti.static(range(dim)):
-                    pack["per_length"][a][lane] = own[a]
-                pack["lift"][0][lane] = own[ti.static(lift_at(dim))]
+            if ti.static(pulls):
+                write_lane(pack["own"], lane, access.load(reals, places, p, given.at, given.size))
                 pack["ratio"][0][lane] = access.load(reals, places, p, at["volume_ratio"], 1)[0]
             if ti.static(layout.water_size > 0):
                 pack["mass"][0][lane] += volume * access.load(reals, places, p, at["water"], 1)[0]
@@ -79,16 +85,11 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
                 for j in ti.static(range(dim)):
                     tau[i, j] = pack["tau"][entry[i][j]][lane]
             impulse = (-dt / dx * pack["volume"][0][lane]) * tau
-            pull, mark, beside = ti.Vector.zero(real, dim), ti.cast(0.0, real), ti.cast(0.0, real)
+            pull, beside = ti.Vector.zero(real, dim), ti.cast(0.0, real)
             if ti.static(layout.water_size > 0):
                 beside = pack["bulk"][0][lane]
-            if ti.static(joined):
-                per_length = read_lane(pack["per_length"], lane)
-                mark = layer.stands(per_length)
-                pull = (mark * dx / ti.max(pack["ratio"][0][lane], 1e-30)) * (impulse @ per_length)
-                turn = (pack["lift"][0][lane] / dx) * pull.outer_product(layer.normal(per_length))
-                impulse = (1.0 - mark) * impulse - mark * turn
-                beside = mark
+            if ti.static(pulls):
+                impulse, pull, beside = given.act(impulse, pack["ratio"][0][lane], read_lane(pack["own"], lane), dx)
             parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse, pull,
                           beside)
 

@@ -48,3 +48,5 @@ ENTRIES = (
         symptom="speed of the crack over that on fine cells, less 1", limit=SLOW, measure=crack_speed_error,
         shown="aflip", resolution=0.1),
 )
+
+ATLAS = {"materials and layers": ENTRIES}

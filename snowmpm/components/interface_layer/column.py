@@ -21,13 +21,12 @@ friction are those of the card, energies per area t times its energies per volum
 The strain of a thin layer as its displacement over its thickness, with a law of the bulk: Schellekens & de Borst
 (1993), doi:10.1002/nme.1620360904.
 
-The column "interface" of a point holds b (dim numbers [1/m]), u (dim numbers [m]), whether a saw has cut it, which
-leaves no stress, and h [m]; of other particles it is zero. A point becomes an ordinary particle (b = 0) once the layer
-is no more: it has slid or opened by `SLIDES` thicknesses and at least a cell, or is closed to `CLOSED` of its
-thickness.
+The column of a point holds b (dim numbers [1/m]), u (dim numbers [m]), whether a saw has cut it, which leaves no
+stress, and h [m]; of other particles it is zero. A point becomes an ordinary particle (b = 0) once nothing of the layer
+is left: it has slid or opened by `SLIDES` thicknesses and at least a cell, or is closed to `CLOSED` of its thickness.
 
 The ground does not touch the snow above an interface: nodes that a point reaches take no part in the contact with it
-(`mpm.contact.hidden_nodes`).
+(`.hidden_nodes`).
 """
 
 import functools
@@ -37,6 +36,7 @@ import numpy as np
 
 from snowmpm.compiler import ti
 
+COLUMN = "interface"
 CUT = 2
 """Place of the mark of a cut in the column, in units of dim."""
 
@@ -53,16 +53,14 @@ CLOSED = 0.05
 """Share of the thickness that is left when the snow above lies on the ground."""
 
 
-def interface_size(dim):
+def size(dim):
     """Numbers of the column."""
     return 2 * dim + 2
 
 
 def stiffest(population, laws, dim):
-    """Largest c / t [1/s] of the points of a `Population`, but for the factor of `swing`; 0 without points."""
-    if population.interface is None:
-        return 0.0
-    rate = np.linalg.norm(population.interface[:, :dim], axis=1)
+    """Largest c / t [1/s] of the points of a `Population`, but for the factor of `swing`."""
+    rate = np.linalg.norm(population.columns[COLUMN][:, :dim], axis=1)
     speed = np.array([law.fastest_wave() for law in laws])[population.material]
     return float((rate * speed).max(initial=0.0))
 
@@ -74,7 +72,7 @@ def swing(lift, inverse_second_moment):
 
 
 @functools.cache
-def interface_functions(dim, real):
+def point_functions(dim, real):
     """Taichi functions of a point, of its column's vectors b, u and the mark `cut`."""
 
     @ti.func

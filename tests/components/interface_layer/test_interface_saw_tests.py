@@ -10,7 +10,7 @@ import itertools
 
 import pytest
 
-from tests.support.interface_saw_tests import CASES, cracked, settled
+from tests.components.interface_layer.saw_tests import CASES, cracked, settled
 from tests.support.weac_column import STIFFNESSES, of_weac
 
 pytestmark = pytest.mark.slow

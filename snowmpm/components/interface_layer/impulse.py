@@ -8,13 +8,14 @@ from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.components.interface_layer.column import COLUMN
 from snowmpm.materials.symmetric import entries
 from snowmpm.particles.store import accessors
 
 
 @functools.cache
 def impulse_kernel(layout, real, serial):
-    """Kernel that adds up -dt V tau b / J of all points (`particles.interface`), block by block."""
+    """Kernel that adds up -dt V tau b / J of all points (`.column`), block by block."""
     dim, access, at, entry = layout.dim, accessors(layout), layout.offsets, entries(layout.dim)
 
     @taichi_kernel
@@ -28,7 +29,7 @@ def impulse_kernel(layout, real, serial):
                 for n in range(first, last):
                     found = ti.Vector.zero(ti.f64, dim)
                     for p in range(start[n], start[n + 1]):
-                        rate = access.load(reals, places, p, at["interface"], dim)
+                        rate = access.load(reals, places, p, at[COLUMN], dim)
                         if rate.norm_sqr() > 0.0:
                             tau = access.load(reals, places, p, at["stress"], layout.sym_size)
                             volume = access.load(reals, places, p, at["volume"], 1)[0]
@@ -46,7 +47,7 @@ def impulse_kernel(layout, real, serial):
     return add_up
 
 
-class InterfaceImpulse:
+class LayerImpulse:
     """Of a particle store (`SortedParticles`)."""
 
     def __init__(self, store, serial):

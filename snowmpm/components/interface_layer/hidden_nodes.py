@@ -1,14 +1,14 @@
-"""Nodes that ground and sides do not touch, since a layer thinner than a cell holds them (`particles.interface`).
+"""Nodes that ground and sides do not touch, since a layer thinner than a cell holds them (`.column`).
 
-A node that a point of an interface reaches has a positive MARK. While ground and sides act, its mass waits there, and
-the node counts as empty.
+A node that a point of an interface reaches has a positive SPARE. While ground and sides act, its mass waits there,
+and the node counts as empty.
 """
 
 import functools
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.mpm.node import MARK, MASS, node_vector
+from snowmpm.mpm.kernel_api import MASS, SPARE, node_vector
 
 
 @functools.cache
@@ -25,11 +25,11 @@ def _turning_kernel(real, serial, hides):
         ti.loop_config(serialize=ti.static(serial))
         for q in range(n):
             node = nodes[contact_offset + q]
-            if node[MARK] > 0.0:
+            if node[SPARE] > 0.0:
                 if ti.static(hides):
-                    node[MARK], node[MASS] = node[MASS], ti.cast(0.0, real)
+                    node[SPARE], node[MASS] = node[MASS], ti.cast(0.0, real)
                 else:
-                    node[MASS] = node[MARK]
+                    node[MASS] = node[SPARE]
                 nodes[contact_offset + q] = node
 
     return turn

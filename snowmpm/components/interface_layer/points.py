@@ -1,10 +1,12 @@
-"""Points of an interface (`particles.interface`): where they lie, and what they stand for."""
+"""Points of an interface (`.column`): where they lie, and what they stand for."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from snowmpm.particles.interface import CUT, interface_size, lift_at
+from snowmpm.components.interface_layer.column import COLUMN, CUT, lift_at, size
+from snowmpm.components.interface_layer.declare import thickness_of
+from snowmpm.particles.population import Population
 from snowmpm.seeding.lattice import unit_points
 from snowmpm.seeding.profile_layer import OffsetLine, stretch
 from snowmpm.seeding.regions import regions_of
@@ -16,19 +18,24 @@ SMALL = 1e-3
 
 class Points(NamedTuple):
     """positions (n, dim) [m] on the upper face of the layer, volumes (n,) of the layer below them [m3], columns
-    (n, interface_size)."""
+    (n, size)."""
 
     positions: np.ndarray
     volumes: np.ndarray
     columns: np.ndarray
 
 
-def thickness_of(scene, body):
-    """Thickness [m] of a body that is an interface."""
-    return scene.saw_test.weak_layer.thickness if scene.saw_test else body.shape.top
+def seeds(scene, i, surface, material):
+    """`Population` of body i of a scene on its ground, None where it is no interface; material: its index. InputError:
+    a region off the terrain."""
+    body, dim = scene.bodies[i], scene.dimension
+    if not body.interface:
+        return None
+    x, volumes, columns = points_of(scene, body, surface, f"bodies.{i}.shape")
+    return Population(x, volumes, material, columns={COLUMN: columns}, unstressed=columns[:, CUT * dim] > 0.0)
 
 
-def interface_points(scene, body, surface, key):
+def points_of(scene, body, surface, key):
     """`Points` of a body of a scene; key: name of its shape in messages. InputError: a region off the terrain."""
     thickness, spacing = thickness_of(scene, body), scene.solver.dx / body.interface
     lift = 0.5 * scene.solver.spacing(scene.dimension)
@@ -50,22 +57,22 @@ def _lifted(points, lift):
 
 
 def _columns(normals, thickness):
-    rows = np.zeros((len(normals), interface_size(normals.shape[1])))
+    rows = np.zeros((len(normals), size(normals.shape[1])))
     rows[:, : normals.shape[1]] = normals / thickness
     return rows
 
 
 def _of_saw_test(test, dim, thickness, spacing):
     """In the frame of the slope; under the notch they are cut."""
-    size = np.array([test.length, test.width_in(dim)][: dim - 1])
-    counts = np.maximum(np.round(size / spacing), 1).astype(int)
-    plan = unit_points(counts, "regular", None) * (size / counts)
+    extent = np.array([test.length, test.width_in(dim)][: dim - 1])
+    counts = np.maximum(np.round(extent / spacing), 1).astype(int)
+    plan = unit_points(counts, "regular", None) * (extent / counts)
     cut = plan[:, 0] < test.notch
-    plan[:, 1:] -= 0.5 * size[1:]
+    plan[:, 1:] -= 0.5 * extent[1:]
     x = np.column_stack([plan, np.full(len(plan), test.slab_bottom)])
     columns = _columns(np.tile(np.eye(dim)[-1], (len(x), 1)), thickness)
     columns[cut, CUT * dim] = 1.0
-    return Points(x, np.full(len(x), size.prod() * thickness / len(x)), columns)
+    return Points(x, np.full(len(x), extent.prod() * thickness / len(x)), columns)
 
 
 def _on_profile(surface, region, thickness, spacing, dx):

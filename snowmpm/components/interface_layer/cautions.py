@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from snowmpm.advice.cautions.caution import beyond, rounded_down, rule, worded
+from snowmpm.advice.cautions.caution import accepted, beyond, cure, rounded_down, rule, worded
 
 
 @rule("mpm")
@@ -24,3 +24,14 @@ def _slab(facts):
     if facts.scene.saw_test is not None:
         return sum(layer.thickness for layer in facts.scene.saw_test.slab)
     return facts.dx * max(facts.thickness(body) for body, spec in enumerate(facts.scene.bodies) if not spec.interface)
+
+
+@cure("cells_through_weak_layer")
+def or_interface(facts, layer):
+    """The key that makes an interface of a layer, where the scene takes it; else that there is such a thing."""
+    saw = facts.scene.saw_test
+    key, points = f"bodies.{layer.body}.interface", 4 if facts.scene.dimension == 2 else 2
+    if saw:
+        key = "saw_test.weak_layer.interface"
+    said = f", or {key} = {points}" if accepted(facts, {key: points}) else "; or the layer as an interface"
+    return f"{said} (`snowmpm docs interface`)"

@@ -1,4 +1,4 @@
-"""A saw in an interface (`particles.interface`): the points that it has reached lose their stress, and stay."""
+"""A saw in an interface (`.column`): the points that it has reached lose their stress, and stay."""
 
 import functools
 from typing import NamedTuple
@@ -8,8 +8,8 @@ import numpy as np
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import runs_serially
+from snowmpm.components.interface_layer.column import COLUMN, CUT
 from snowmpm.particles.blocks import EDGE
-from snowmpm.particles.interface import CUT
 from snowmpm.particles.probe import LOOK_TIME
 from snowmpm.particles.store import accessors
 
@@ -41,7 +41,7 @@ class Cut(NamedTuple):
 def cut_kernel(layout, real, serial):
     """Kernel that cuts the points with x < reached[0] [cells from the origin]. serial: by one thread."""
     edge, sym_size, state_size = EDGE[layout.dim], layout.sym_size, layout.state_size
-    access, at, mark = accessors(layout), layout.offsets, layout.offsets["interface"] + CUT * layout.dim
+    access, at, mark = accessors(layout), layout.offsets, layout.offsets[COLUMN] + CUT * layout.dim
 
     @grouped_kernel(real)
     def saw(store: Tables, cut: Cut, reached: Array, n_blocks: int):

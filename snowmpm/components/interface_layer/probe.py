@@ -1,4 +1,4 @@
-"""Points of an interface (`particles.interface`), followed from step to step: their state, and the work that they took.
+"""Points of an interface (`.column`), followed from step to step: their state, and the work that they took.
 
 Per volume of the layer the work of a step is that of the traction p = tau b / J over the displacement u of the snow
 above, by the mean of the tractions before and after it:
@@ -17,8 +17,8 @@ import numpy as np
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import runs_serially
+from snowmpm.components.interface_layer.column import COLUMN, CUT, size
 from snowmpm.materials.symmetric import entries
-from snowmpm.particles.interface import CUT
 from snowmpm.particles.probe import LOOK_TIME, NOWHERE
 from snowmpm.particles.store import accessors
 
@@ -33,7 +33,7 @@ class Tables(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Rows of `InterfaceProbe`; row_of: of each particle number, or `NOWHERE`."""
+    """Rows of `PointProbe`; row_of: of each particle number, or `NOWHERE`."""
 
     row_of: Array
     there: Array
@@ -60,7 +60,7 @@ def follow_kernel(layout, real, serial):
             for p in range(store.start[b], store.start[b + 1]):
                 row = points.row_of[store.identity[p]]
                 if row >= 0:
-                    own = access.load(store.reals, places, p, at["interface"], layout.interface_size)
+                    own = access.load(store.reals, places, p, at[COLUMN], size(dim))
                     tau = access.load(store.reals, places, p, at["stress"], sym_size)
                     ratio = ti.cast(access.load(store.reals, places, p, at["volume_ratio"], 1)[0], ti.f64)
                     work = ti.cast(0.0, ti.f64)
@@ -85,7 +85,7 @@ def follow_kernel(layout, real, serial):
     return follow
 
 
-class InterfaceProbe:
+class PointProbe:
     """The points of a store with chosen numbers, in a fixed order.
 
     there (n,): not removed yet; stress (n, sym_size) [Pa], state (n, state_size), cut (n,): as they are now, of those

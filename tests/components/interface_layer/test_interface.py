@@ -9,7 +9,7 @@ from snowmpm.errors import InputError
 from snowmpm.materials import MaterialPoint
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.scenes.schema import Scene
-from tests.support.interface_saw_tests import THICKNESS, W3
+from tests.components.interface_layer.saw_tests import THICKNESS, W3
 
 DX, POINTS = 0.25, 4
 LAYER = {"material": "weak_layer", "thickness": THICKNESS, "interface": POINTS}
