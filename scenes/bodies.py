@@ -1,6 +1,6 @@
 """Bodies of material, and obstacles with their motion."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
@@ -20,12 +20,6 @@ class Body(Spec):
     shape: BodyShape
     velocity: Vector = Field(default_factory=zero_vector)
     """initial velocity [m/s]"""
-    contact: Literal["shared", "separate"] = "shared"
-    """shared: bodies that touch move as one continuum; separate: this body may slide on others and separate from
-    them"""
-    friction: NonNegative = 0.3
-    """Coulomb coefficient of a separate body against the others; between two such bodies the smaller value applies
-    [-]"""
     start_time: NonNegative = 0.0
     """when it is released [s]: until then it lies where it is; method = "depth" only"""
 

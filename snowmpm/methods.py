@@ -80,8 +80,6 @@ class Capabilities:
     """water in full pores, whose pressure is among the unknowns of a step (`snowmpm.implicit.soaked`)"""
     flow_water: bool = False
     """water that moves with the snow, and excess pore pressure over its depth (`snowmpm.depth.pore_pressure`)"""
-    separate_bodies: bool = False
-    """bodies that slide on each other and part"""
     saw_test: bool = False
     grid: bool = False
     """a background grid: kernel, gradient, transfer and particles_per_cell of the scene's solver table choose it"""
@@ -103,8 +101,8 @@ class MethodEntry:
     """A row of `METHODS`.
 
     builder: "module:name" of a callable, or the callable itself, that is given (population, laws, options) and by name
-    dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides, obstacles and
-    body_friction, and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
+    dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides and obstacles,
+    and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
     terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`;
     terrain_forest, plan places (n, 2) [m] -> drag [-] and detrainment [Pa] (n, 2), and terrain_deposition, its time
@@ -141,7 +139,7 @@ class MethodEntry:
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         receives=True, averaged_hats=True, water=True, two_velocities=True,
-        separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
+        saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
         strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),

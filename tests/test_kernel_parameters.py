@@ -26,7 +26,7 @@ EXCEPTIONS = {
     "snowmpm/depth/gather.py": (LATER, {"gather"}),
     "snowmpm/depth/nodes.py": (LATER, {"resolve"}),
     "snowmpm/depth/scatter.py": (LATER, {"scatter"}),
-    "snowmpm/mpm/contact/body_contact.py": (LATER, {"exchange_momentum"}),
+    "snowmpm/components/body_contact/pairs.py": (LATER, {"exchange_momentum"}),
     "snowmpm/mpm/contact/joined_contact.py": (LATER, {"finish", "hold"}),
     "snowmpm/mpm/contact/lines.py": (LATER, {"is_led", "follower", "count", "fill"}),
     "snowmpm/mpm/contact/spreading.py": (LATER, {"prepare"}),

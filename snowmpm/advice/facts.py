@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.advice.breaking import breaking_between
 from snowmpm.advice.budget import Budget
 from snowmpm.advice.calibration import measured_speed
@@ -56,10 +57,6 @@ class SceneFacts:
         """Name of a setting of the atlas: "quadratic" or "cubic", with "shape" for that gradient."""
         return self.kernel + (" shape" if self.scene.solver.gradient == "shape" else "")
 
-    @property
-    def separate(self):
-        return [body.contact == "separate" for body in self.scene.bodies]
-
     def law(self, body):
         """Law of a body as scaled to this grid."""
         return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
@@ -94,8 +91,8 @@ class SceneFacts:
         cells = [np.unique(np.floor(self.positions(i) / self.dx).astype(np.int64), axis=0)
                  for i in range(len(self.scene.bodies))]
         keys = [np.unique(keys_of(found)) for found in cells]
-        separate = self.separate
-        return [Pair(i, j, distance, separate[i] or separate[j]) for i, j in _close(cells)
+        separate = components.velocity_fields(self.scene) > 0
+        return [Pair(i, j, distance, bool(separate[i] or separate[j])) for i, j in _close(cells)
                 if (distance := _apart(cells[i], keys[j])) is not None]
 
     @property

@@ -8,9 +8,12 @@ Without a folder and its line in NAMES all else works as before (`tests/componen
 
 import importlib
 
+import numpy as np
+
 from snowmpm.registry import COMPONENTS, resolved
 
 NAMES = (
+    "body_contact",
     "f_bar",
     "face_loads",
     "interface_layer",
@@ -39,6 +42,12 @@ def adapters(model, method):
 def carried(scene, body):
     """Whether one of them carries a body of a scene, which then has no cells of its own."""
     return any(component.carries(scene, body) for component in used(scene))
+
+
+def velocity_fields(scene):
+    """Number of the velocity field of each body of a scene (n,): 0 for all without a component that parts them."""
+    makers = (component.fields for component in used(scene) if component.fields)
+    return next((make(scene) for make in makers), np.zeros(len(scene.bodies), int))
 
 
 def law_of(scene, material):

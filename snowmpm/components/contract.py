@@ -18,7 +18,7 @@ class Component:
     adds to tables of a scene, by their places ("solver", "solver.implicit"); order: among the components, those of
     lower number act first; owns: what only one component at a time may have; beside: names of what it does not go with
     (`setup.refusals.FEATURES`); refuse: scene -> raises InputError for what cannot be; cautions: module with rules of
-    `check`; atlas: module with ATLAS, {group: entries}.
+    `check`; atlas: module with ATLAS, {group: entries}; fields: scene -> number of the velocity field of each body.
 
     Of one that carries bodies in place of particles that fill them: carries: (scene, body) -> whether it does; law:
     (scene, material) -> the law in place of that of the scene, or None; seeds: "module:name" of (scene, index of a
@@ -39,6 +39,7 @@ class Component:
     cautions: str = ""
     atlas: str = ""
     keys: Mapping[str, Any] = field(default_factory=dict)
+    fields: Callable[[Any], Any] | None = None
     carries: Callable[[Any, Any], bool] = lambda scene, body: False
     law: Callable[[Any, str], Any] = lambda scene, material: None
     seeds: str = ""

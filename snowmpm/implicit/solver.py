@@ -74,7 +74,7 @@ class ImplicitSolver(Solver):
         self.adapters.begin(self)
 
     @classmethod
-    def of(cls, population, laws, chosen, *, body_friction=None, **setting):
+    def of(cls, population, laws, chosen, **setting):
         """Of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
         return cls(population, laws, chosen, chosen.implicit, **setting)
 

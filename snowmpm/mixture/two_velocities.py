@@ -98,7 +98,7 @@ class TwoVelocities(RainedPhases):
         if self._kept is None or self._kept.shape[0] < n:
             self._kept = ti.ndarray(node_vector(real, True), (int(1.25 * n) + 64,))
         copy(grid.nodes, grid.contact_offset, self._kept, 0, n)
-        grid.bodies.mix(grid)
+        grid.fields.mix(grid)
         write_back()
         find = flow_kernel(store.layout, real, solver.basis, solver.gradient_form)
         find(store.reals, store.slot_offset, store.start, grid.tiles, 1.0 / solver.dx, first, self._flow,

@@ -45,15 +45,15 @@ class TileGrid:
     into chunks of about equal work.
     """
 
-    def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False, adapters=NONE):
-        """flip: nodes have two halves (`mpm.node`); bodies: `FieldPairs`, or None
+    def __init__(self, dim, precision, surfaces=(), flip=False, fields=None, joins=False, adapters=NONE):
+        """flip: nodes have two halves (`mpm.node`); fields: `FieldPairs`, or None
         where all share one velocity field; joins: whether walls may hold their lines together
         (`JoinedLines`); adapters: of the components at work."""
         self.dim = dim
         self.precision = precision
         self.flip = flip
         self.surfaces = list(surfaces)
-        self.bodies = bodies
+        self.fields = fields
         self.joins = joins
         self.adapters = adapters
         self.tiles = self.nodes = self.contact = None
@@ -79,14 +79,14 @@ class TileGrid:
         """Follow surfaces that have moved."""
         dim, (keys, coordinates, keys_beside) = self.dim, self._node_blocks
         met, places = False, places_of(keys, dim)
-        if self.bodies:
+        if self.fields:
             _, place, count = np.unique(places, return_inverse=True, return_counts=True)
-            met = (count[place] > 1) | np.isin(fields_of(keys, dim), self.bodies.everywhere)
+            met = (count[place] > 1) | np.isin(fields_of(keys, dim), self.fields.everywhere)
         self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_beside, met, self.contact)
-        if self.bodies and self.bodies.everywhere:
+        if self.fields and self.fields.everywhere:
             self.contact.part_fields(fields_of(keys, dim))
-        if self.bodies:
-            self.bodies.rebuild(places, fields_of(keys, dim), self.contact.index_of)
+        if self.fields:
+            self.fields.rebuild(places, fields_of(keys, dim), self.contact.index_of)
         self.nodes = self._reserved(self.nodes, self.contact_offset + block_nodes(dim) * self.contact.n)
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
@@ -95,8 +95,8 @@ class TileGrid:
     def apply_contact(self, dx, but=()):
         """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks; but:
         surfaces that are only found, in the order in which they are to act."""
-        if self.bodies:
-            self.bodies.apply_contact(self, dx)
+        if self.fields:
+            self.fields.apply_contact(self, dx)
         for act in self.adapters.before_ground:
             act(self)
         self._meet([surface for surface in self.surfaces if not surface.tracked], dx, but)

@@ -1,11 +1,13 @@
 """What components use of explicit MPM: its nodes and weights, and the points where kernels contain their functions."""
 
+from snowmpm.mpm.contact.field_pairs import FieldPairs
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import MASS, SECOND, SPARE, block_nodes, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 
-__all__ = ["MASS", "SECOND", "SPARE", "STENCILS", "TILE", "Inlined", "block_nodes", "interpolation", "node_vector"]
+__all__ = ["MASS", "SECOND", "SPARE", "STENCILS", "TILE", "FieldPairs", "Inlined", "block_nodes", "interpolation",
+           "node_vector"]
 
 
 class Inlined:

@@ -7,7 +7,6 @@ import numpy as np
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.mpm.boundary import Boundary
-from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
@@ -35,13 +34,13 @@ class MpmSolver(Solver):
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 expected=0, phases=None, adapters=()):
+                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None, expected=0, phases=None,
+                 adapters=()):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
-        obstacles: `solids.Obstacle`s. body_friction (n, n): Coulomb mu between the velocity fields of the population.
+        obstacles: `solids.Obstacle`s.
         cfl: share of a cell that a wave or a particle may cross in a step, by default the usual one of
         `time_step`, which follows the state.
         kernel: a name of `schemes.BASES`; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
@@ -80,8 +79,8 @@ class MpmSolver(Solver):
         self._begin(population, gravity)
         self.serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         self._phases = phases
-        bodies = self._meeting_bodies(population, body_friction)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()),
+        fields = self._field_pairs(population)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, joins=not (fields or period.any()),
                              adapters=self.adapters)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
@@ -121,18 +120,13 @@ class MpmSolver(Solver):
     @property
     def contact_work(self):
         """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
-        between = self.grid.bodies.lost if self.grid.bodies else 0.0
+        between = self.grid.fields.lost if self.grid.fields else 0.0
         return float(between + self.boundary.work)
 
     @property
     def obstacle_totals(self):
         """`stepping.contract.Method.obstacle_totals`."""
         return self.boundary.given_to_obstacles
-
-    @property
-    def between_bodies(self):
-        """Impulse that each velocity field got from each other one since time zero (n, n, dim) [N s]."""
-        return self.grid.bodies.given if self.grid.bodies and not self._phases else None
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
@@ -157,7 +151,7 @@ class MpmSolver(Solver):
                            grid.tiles_at, grid.contact.node_block, grid.contact.chunk_bounds)
 
             if self._phases:
-                grid.bodies.begin(dt, pushed, self.gravity, held=self.damping_factor < 1.0)
+                grid.fields.begin(dt, pushed, self.gravity, held=self.damping_factor < 1.0)
             self.meet_surfaces(dt)
             if self._phases:
                 self._phases.find_flow(self, to_tiles)
@@ -259,12 +253,11 @@ class MpmSolver(Solver):
                                       self.adapters.inlined)
         self.boundary.bind(real, self.basis, flip, self.serial, self._phases is not None, self._phases is not None)
 
-    def _meeting_bodies(self, population, friction):
+    def _field_pairs(self, population):
         """`FieldPairs` of a population with several velocity fields, else None."""
         if self._phases:
             return self._phases.exchange(self.dim, self._real, self.serial)
-        density = self.materials.density
-        return BodyContact.of(population, density, friction, self.dim, self._real, self.flip, self.serial)
+        return next((make(self, population) for make in self.adapters.field_pairs), None)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -310,15 +303,15 @@ class MpmSolver(Solver):
         """Time zero is now: totals start again."""
         super().restart_clock()
         self.boundary.restart()
-        if self.grid.bodies:
-            self.grid.bodies.totals[:] = 0.0
+        if self.grid.fields:
+            self.grid.fields.totals[:] = 0.0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
         return {**super().state(), "surfaces": self.boundary.state(),
-                "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1)}
+                "between_fields": self.grid.fields.totals.copy() if self.grid.fields else np.zeros(1)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -328,5 +321,5 @@ class MpmSolver(Solver):
         super().restore(state)
         self._rebuild_for_blocks()
         self.boundary.restore(state["surfaces"], self.particles)
-        if self.grid.bodies:
-            self.grid.bodies.totals[:] = state["between_bodies"]
+        if self.grid.fields:
+            self.grid.fields.totals[:] = state["between_fields"]

@@ -170,7 +170,6 @@ class Recorder:
             units.update(mover.units())
         for adapter in simulation.solver.adapters:
             units.update(adapter.units())
-        units.update(simulation.reactions.units())
         time, row = simulation.time, {**self.last, **counts}
         names = written_fields(simulation.scene)
         poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}

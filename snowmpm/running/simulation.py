@@ -25,7 +25,6 @@ from snowmpm.running.audit import Audit
 from snowmpm.running.coupling import Coupling
 from snowmpm.running.events import make_events
 from snowmpm.running.failure import diagnose
-from snowmpm.running.reactions import Reactions
 from snowmpm.running.relay import HandOver, Relay
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
@@ -67,7 +66,6 @@ class Simulation(Glance):
     scene: Scene
     model: Model
     relay: Relay
-    reactions: Reactions
     solver: Method
     events: list[Any]
     crack: CrackRecord | None
@@ -95,7 +93,6 @@ class Simulation(Glance):
         """Which method is at work, and what it took over (`snowmpm.running.relay`)."""
         self.solver = self.model.solver()
         self.events = [*make_events(scene), *(HandOver(i, switch) for i, switch in enumerate(scene.switch))]
-        self.reactions = Reactions(scene)
         self.dt, self.dt_cause = 0.0, "elastic"
         self._first_dt: float | None = None
         self.settling_steps = 0
@@ -211,8 +208,7 @@ class Simulation(Glance):
     @in_turn
     def audit(self, particles: ParticleFields | None = None) -> dict[str, float]:
         """One row of the history: conserved quantities, energies, front, counters (`snowmpm.running.audit`)."""
-        row = {**self._audit.values(particles or self.particles), **self.reactions.row(self.solver.between_bodies),
-               "dt": self.dt}
+        row = {**self._audit.values(particles or self.particles), "dt": self.dt}
         if self.scene.switch:
             row.update(method=self.relay.index, handover_energy=self.relay.past.handover_energy)
         if self.scene.zone:

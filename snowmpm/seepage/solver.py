@@ -66,7 +66,7 @@ class SeepageSolver(Solver):
         self.fill_pores(phases, shorten=False)
 
     @classmethod
-    def of(cls, population, laws, options, *, body_friction=None, obstacles=(), terrain=None, **setting):
+    def of(cls, population, laws, options, *, obstacles=(), terrain=None, **setting):
         """Solver of a scene (`snowmpm.methods.MethodEntry`); options, those of SPH, have no effect on it."""
         return cls(population, laws, **setting)
 

@@ -18,7 +18,6 @@ from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.setup.standing import standing
 from snowmpm.setup.taken_state import TakenState, take
 from snowmpm.setup.two_velocities import first_columns, has_own_water, soaked
-from snowmpm.setup.velocity_fields import velocity_fields
 from snowmpm.solids import Obstacle, inside_any
 from snowmpm.stages import counted, stage
 from snowmpm.terrain import load_terrain
@@ -111,7 +110,7 @@ def _seed(scene, surface, obstacles, taken):
     materials = list(scene.materials)
     rng = np.random.default_rng(scene.seed)
     cut = _cut(scene)
-    bodies = list(zip(scene.bodies, velocity_fields(scene), strict=True))
+    bodies = list(zip(scene.bodies, components.velocity_fields(scene), strict=True))
     for i, (body, field) in enumerate(counted(bodies, "filling bodies with particles", "bodies")):
         material = materials.index(body.material)
         if taken and body.name in taken.bodies:

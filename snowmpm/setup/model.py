@@ -29,7 +29,6 @@ from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
 from snowmpm.setup.two_velocities import has_own_water, two_velocities
-from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
 from snowmpm.terrain.topology import facet_normals
@@ -264,7 +263,7 @@ class Model:
         return {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                 "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
                 "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,
-                "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
+                "obstacles": self.obstacles, **contact}
 
 
 def course_of(scene):

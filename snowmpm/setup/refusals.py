@@ -51,8 +51,6 @@ def demands(scene, later=False):
         if structure.coupling == "strong":
             yield "strong_coupling", True, f"structures.{i}.coupling", structure.coupling
     for i, body in enumerate(scene.bodies):
-        if body.contact == "separate":
-            yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
         if body.start_time > 0.0:
             yield "delays", True, f"bodies.{i}.start_time", body.start_time
         if hasattr(raster := getattr(body.shape, "top", None), "file"):
@@ -218,12 +216,12 @@ NO_COMPONENT = ('water.scheme = "seepage"',)
 """Parts of a scene that no component goes with."""
 
 FEATURES = {
+    'water.scheme = "v_w"': lambda scene: scene.water is not None and scene.water.scheme == "v_w",
     NO_COMPONENT[0]: lambda scene: scene.water is not None and scene.water.scheme == "seepage",
     "switch": lambda scene: scene.switch, "zone": lambda scene: scene.zone, "water": lambda scene: scene.water,
     "initial.from": lambda scene: scene.initial.from_run is not None,
     'initial.stress = "settle"': lambda scene: scene.initial.stress == "settle",
     'initial.relaxation = "static"': lambda scene: scene.initial.relaxation == "static",
-    'bodies with contact = "separate"': lambda scene: any(body.contact == "separate" for body in scene.bodies),
     "solver.kernel": lambda scene: BASES[scene.solver.kernel].box,
 }
 """Parts of a scene that not all components go with, by name."""

@@ -75,10 +75,6 @@ def _refuse_beside_two_velocities(scene):
         if event.kind in ("drainage", "load"):
             raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "u_p"',
                                 scene.source)
-    for i, body in enumerate(scene.bodies):
-        if body.contact == "separate":
-            raise InputError.at(f"bodies.{i}.contact", body.contact, 'must be "shared" beside water.scheme = "v_w"',
-                                scene.source)
     if scene.structures:
         raise InputError.at("structures.0.name", scene.structures[0].name, 'does not go with water.scheme = "v_w"',
                             scene.source)

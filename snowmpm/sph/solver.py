@@ -88,11 +88,8 @@ class SphSolver(Solver):
         self.adapters.begin(self)
 
     @classmethod
-    def of(cls, population, laws, options, *, body_friction, **setting):
-        """Solver with `options`, the scene's table solver.sph.
-
-        All bodies are one continuum: body_friction, between them, has no effect.
-        """
+    def of(cls, population, laws, options, **setting):
+        """Solver with `options`, the scene's table solver.sph."""
         return cls(population, laws, scheme=options, **setting)
 
     def _bind(self):

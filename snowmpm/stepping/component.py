@@ -27,6 +27,10 @@ class Adapter:
     def begin(self, solver: Any) -> None:
         """The solver has its particles and grid, and its clock is at zero."""
 
+    def field_pairs(self, solver: Any, population: Any) -> Any:
+        """What passes between the velocity fields of a `Population` where they meet (`mpm.kernel_api.FieldPairs`); the
+        solver has its particles, and no grid yet."""
+
     def before_scatter(self, pushed: float) -> None:
         """The particles have what acted on them before the step, and nodes are still empty."""
 
@@ -95,14 +99,15 @@ class Adapter:
         """Take over what `state()` gave."""
 
 
-HOOKS = ("before_scatter", "after_scatter", "terms", "strain", "before_ground", "after_ground", "before_gather",
-         "after_gather", "limit_dt")
+HOOKS = ("field_pairs", "before_scatter", "after_scatter", "terms", "strain", "before_ground", "after_ground",
+         "before_gather", "after_gather", "limit_dt")
 
 
 class Adapters:
     """Adapters of a solver, in the order in which they act; for each hook, by its name, the list of those that have
     it."""
 
+    field_pairs: list[Callable[..., Any]]
     before_scatter: list[Callable[..., None]]
     after_scatter: list[Callable[..., None]]
     terms: list[Callable[..., Any]]

@@ -112,10 +112,6 @@ class Method(ABC):
     """what moves obstacles by the forces on them, by name: "rigid" (`rigid.world.World`), "structures"
     (`structures.rods.Rods`)"""
 
-    between_bodies: Floats | None = None
-    """impulse that each velocity field got from each other one since time zero (n, n, dim) [N s]; None where all snow
-    shares one"""
-
     # ---- the step ---------------------------------------------------------------------------------------------
 
     @abstractmethod

@@ -10,7 +10,7 @@ import pytest
 from snowmpm.compiler import backend
 from tests.support.project import ROOT
 
-PARTS = ("contract", "mpm/test_every_transfer.py mpm/test_conservation.py mpm/test_body_contact.py", "materials",
+PARTS = ("contract", "mpm/test_every_transfer.py mpm/test_conservation.py components/body_contact", "materials",
          "depth verification/test_depth_block.py", "sph", "implicit water", "structures rigid saw_test",
          "resume seeding forcing", "test_scenes_run.py")
 """Folders and files of tests/."""

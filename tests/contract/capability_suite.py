@@ -205,19 +205,6 @@ def _slides_along(simulation):
     assert np.linalg.norm(v) == pytest.approx(given.G * simulation.time, rel=1e-6) and abs(v[0]) > 0.4 * abs(v[-1])
 
 
-def _two_bodies(method):
-    dim = given.least_dimension(method)
-    one = given.block(dim, (-1.0, 0.0))
-    other = given.block(dim, (1.0, 0.0), start=given.SIDE, name="two", contact="separate")
-    return _free(method, bodies=[one, other])
-
-
-def _parted(simulation):
-    reach(simulation, 0.005)
-    v, own = simulation.particles["velocity"][:, 0], simulation.particles["body"]
-    np.testing.assert_allclose(v, np.where(own == 1, 1.0, -1.0), atol=1e-9)
-
-
 def _saw(method):
     return Simulation(snowmpm.load_scene("pst_2d", {
         "solver.method": method, "solver.dx": 0.04, "saw_test.length": 1.2, "initial.stress": "geostatic"}))
@@ -307,7 +294,6 @@ CAPABILITIES = {
     "two_velocities": Asked(_with_moving_water, _falls_together),
     "seepage": Asked(_with_seepage, _seeps_down),
     "solved_water": Asked(_full, _stays_full),
-    "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),
     "averaged_hats": Asked(_on_hats, _stopped),
     "presets": Asked(_along, _changes_something),

@@ -23,7 +23,7 @@ class Sliding(Solver):
     """Points of a population above a terrain."""
 
     def __init__(self, population, laws, options, *, dx, precision, origin, lower, upper, gravity, cfl, terrain, sides,
-                 terrain_friction=0.0, terrain_contact="separate", obstacles=(), body_friction=None):
+                 terrain_friction=0.0, terrain_contact="separate", obstacles=()):
         self.dim, self.dx, self.precision = len(origin), dx, precision
         self.frame = frame = Frame(self.dim, precision, origin, dx, lower, upper)
         period = frame.period(sides)

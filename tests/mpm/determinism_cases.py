@@ -13,6 +13,7 @@ import sys
 import numpy as np
 
 from snowmpm.compiler import parallel, runtime
+from snowmpm.components.body_contact.mpm import BodyContact
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
@@ -63,7 +64,8 @@ def stage(dim, kernel, transfer, gradient):
     return MpmSolver(Population(np.concatenate([x_1, x_2]), np.concatenate([v_1, v_2]), which, velocities, field=which),
                      [SNOW, OLD_SNOW], dx=DX, precision="f32", origin=lower,
                      lower=lower, upper=upper, gravity=pull, terrain=Waves(), terrain_contact="separate",
-                     terrain_friction=0.5, sides=sides, obstacles=[bar], body_friction=np.full((2, 2), 0.3),
+                     terrain_friction=0.5, sides=sides, obstacles=[bar],
+                     adapters=[BodyContact(np.full((2, 2), 0.3), ["", ""])],
                      kernel=kernel, transfer=transfer, gradient=gradient, flip_ratio=0.97)
 
 
@@ -73,13 +75,13 @@ def outcome(case):
     for _ in range(STEPS):
         solver.step(solver.stable_dt()[0])
     numbers = [solver.particles.table(), solver.particles.labels(), solver.particles.blocks.keys, solver.impulse,
-               solver.obstacle_totals, solver.grid.bodies.totals,
+               solver.obstacle_totals, solver.grid.fields.totals,
                [solver.contact_work, solver.plastic_work, solver.time],
                *(surface.total for surface in solver.surfaces)]
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in numbers)).hexdigest()
     return {"hash": digest, "sorts": solver.particles.sorts, "blocks": len(solver.particles.blocks),
             "plastic_work": solver.plastic_work, "alone": solver.serial,
-            "between_bodies": solver.grid.bodies.lost,
+            "between_bodies": solver.grid.fields.lost,
             "terrain": float(np.abs(solver.surfaces[0].total).max()),
             "obstacle": float(np.abs(solver.obstacle_totals).max())}
 

@@ -60,7 +60,7 @@ def refuse(scene):
     """Raise InputError for a layer that cannot be one."""
     for i, body in enumerate(scene.bodies):
         if body.interface:
-            _refuse_body(scene, i, key_of(scene, i), body)
+            _refuse_body(scene, key_of(scene, i), body)
     solver, (key, points) = scene.solver, next(asked(scene))
     if not TRANSFERS[solver.transfer].flip:
         allowed = " or ".join(f'"{name}"' for name, transfer in TRANSFERS.items() if transfer.flip)
@@ -68,7 +68,7 @@ def refuse(scene):
                             scene.source)
 
 
-def _refuse_body(scene, i, key, body):
+def _refuse_body(scene, key, body):
     shape, test = body.shape, scene.saw_test
     if test and test.base is not None:
         raise InputError.at(key, body.interface, "needs rigid ground below: leave saw_test.base out", scene.source)
@@ -76,9 +76,6 @@ def _refuse_body(scene, i, key, body):
         raise InputError.at(key, body.interface, "does not go with cells, of which such a layer has none", scene.source)
     if not test and (shape.kind != "layer" or shape.bottom > 0.0 or not isinstance(shape.top, int | float)):
         raise InputError.at(key, body.interface, "needs a shape of kind \"layer\" with bottom = 0 and top a number",
-                            scene.source)
-    if body.contact != "shared":
-        raise InputError.at(key, body.interface, f'does not go with bodies.{i}.contact = "{body.contact}"',
                             scene.source)
     for computed in scene.materials[body.material].of_components:
         raise InputError.at(key, body.interface, f"does not go with materials.{body.material}.{computed}", scene.source)
@@ -92,8 +89,7 @@ def _refuse_body(scene, i, key, body):
 COMPONENTS.add(Component(
     "interface_layer", __package__, "layers thinner than a cell", asked, order=20,
     keys={"bodies": OfBody, "saw_test.weak_layer": OfWeakLayer},
-    owns=("the deformation of particles", "the spare number of a node"),
-    beside=("switch", "zone", "water", "initial.from", 'bodies with contact = "separate"',
-            'initial.relaxation = "static"', "solver.kernel"),
+    owns=("the deformation of particles", "the spare number of a node", "the velocity fields of nodes"),
+    beside=("switch", "zone", "water", "initial.from", 'initial.relaxation = "static"', "solver.kernel"),
     refuse=refuse, carries=carries, law=law, seeds=f"{__package__}.points:seeds",
     saw=f"{__package__}.saw_test:PointedLayer", cautions=f"{__package__}.cautions", atlas=f"{__package__}.atlas"))

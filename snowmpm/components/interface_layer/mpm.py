@@ -81,7 +81,7 @@ class Layers(Adapter):
         """Take a solver's particles and grid. Raises InputError for a transfer without FLIP and bodies that part."""
         if not solver.flip:
             raise InputError('solver.transfer: must be "flip" or "aflip" beside an interface')
-        if solver.grid.bodies:
+        if solver.grid.fields:
             raise InputError("bodies: an interface does not go with bodies that part")
         self._solver, column, dim = solver, self._population.columns[COLUMN], solver.dim
         lift = column[:, lift_at(dim)].max(initial=0.0) / solver.dx

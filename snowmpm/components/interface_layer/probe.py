@@ -50,7 +50,7 @@ class Points(NamedTuple):
 def follow_kernel(layout, real, serial):
     """Kernel that takes the step of all points into the rows."""
     dim, sym_size, state_size = layout.dim, layout.sym_size, layout.state_size
-    access, at, entry, mark = accessors(layout), layout.offsets, entries(layout.dim), CUT * layout.dim
+    access, at, entry, mark, n_own = accessors(layout), layout.offsets, entries(dim), CUT * dim, size(dim)
 
     @grouped_kernel(real)
     def follow(store: Tables, points: Points, n_blocks: int):
@@ -60,7 +60,7 @@ def follow_kernel(layout, real, serial):
             for p in range(store.start[b], store.start[b + 1]):
                 row = points.row_of[store.identity[p]]
                 if row >= 0:
-                    own = access.load(store.reals, places, p, at[COLUMN], size(dim))
+                    own = access.load(store.reals, places, p, at[COLUMN], n_own)
                     tau = access.load(store.reals, places, p, at["stress"], sym_size)
                     ratio = ti.cast(access.load(store.reals, places, p, at["volume_ratio"], 1)[0], ti.f64)
                     work = ti.cast(0.0, ti.f64)

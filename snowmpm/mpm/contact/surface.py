@@ -117,7 +117,7 @@ class Surface:
         """Coefficients of friction of nodes in plan, and which nodes these are; of grains beside water what
         `contact_kernel` wants to know of the water."""
         if grid.contact.layers:
-            return grid.bodies.borne, self._everywhere[1]
+            return grid.fields.borne, self._everywhere[1]
         return self._everywhere if self.basal is None else (self.basal.coefficients, int_array(self.basal.window))
 
     def locate(self, grid):
@@ -135,7 +135,7 @@ class Surface:
         resolve = self._resolve[bool(blocks.layers)]
         whole = (blocks.everyone, blocks.chunk_bounds, blocks.n)
         # Water slips where grains stick or rub, unless it goes with them
-        stays = grid.bodies is not None and grid.bodies.held and (self.code == STICK or self.friction > 0.0)
+        stays = grid.fields is not None and grid.fields.held and (self.code == STICK or self.friction > 0.0)
         of_water = STICK if stays else SLIP if self.code == STICK else self.code
         ways = (self.code, self.friction), (of_water, 0.0)
         for (code, friction), (work, bounds, n) in zip(ways, blocks.layers or [whole], strict=False):

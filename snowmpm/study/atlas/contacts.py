@@ -1,4 +1,4 @@
-"""Entries: bodies that meet, part, and hit what is rigid."""
+"""Entries: bodies that hit what is rigid."""
 
 import numpy as np
 
@@ -15,43 +15,8 @@ from snowmpm.study.problems.schemes import Scheme, lattice
 
 DX = 0.05
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
-FELT, HELD, THROUGH = 0.01, 0.01, 0.01
-"""Limits of the entries below."""
-
-
-def two_blocks(gap, speed, separate, scheme):
-    """Solver and states of two blocks of 4 x 4 cells, `gap` [cells] apart, each going at `speed` [m/s] to the other,
-    and which particles are of the second; separate: each in a velocity field of its own."""
-    left, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
-    left = left + 0.3 * DX
-    x = np.concatenate([left, left + np.array([(4.0 + gap) * DX, 0.0])])
-    second = np.repeat([False, True], len(left))
-    velocities = np.where(second, -speed, speed)[:, None] * np.array([1.0, 0.0])
-    population = Population(x, np.tile(volumes, 2), 0, velocities, field=second.astype(int) if separate else 0)
-    solver = scheme.solver(population, [ICE], dx=DX, origin=np.full(2, -1.0), lower=np.full(2, -1.0),
-                           upper=np.full(2, 2.0), gravity=np.zeros(2), body_friction=np.zeros((2, 2)))
-    return solver, ParticleStates(solver), second
-
-
-def approach_lost(gap, separate, **scheme):
-    """Share of the speed of approach that two blocks have lost when they should be `gap` [cells] apart, having come
-    from half a cell farther."""
-    speed = 0.005 * ICE.wave_speed()
-    solver, states, second = two_blocks(gap + 0.5, speed, separate, Scheme(**{"transfer": "apic", **scheme}))
-    while solver.time < 0.25 * DX / speed:
-        solver.step(solver.stable_dt()[0])
-    v = states.column("velocity")[:, 0]
-    return 1.0 - (v[~second].mean() - v[second].mean()) / (2.0 * speed)
-
-
-def parting_lost(gap, separate, **scheme):
-    """Share of the speed at which two blocks part that they have lost a cell farther apart, from `gap` [cells] on."""
-    speed = 0.005 * ICE.wave_speed()
-    solver, states, second = two_blocks(gap, -speed, separate, Scheme(**{"transfer": "apic", **scheme}))
-    while solver.time < 0.5 * DX / speed:
-        solver.step(solver.stable_dt()[0])
-    v = states.column("velocity")[:, 0]
-    return 1.0 - (v[second].mean() - v[~second].mean()) / (2.0 * speed)
+THROUGH = 0.01
+"""Limit of the entry below."""
 
 
 def through_wall(thickness, offset=0.3, **scheme):
@@ -97,26 +62,6 @@ def impact_failure(mach, cfl, adaptive=True):
 
 
 ENTRIES = (
-    Entry(
-        name="early_contact", title="Bodies that meet before they touch",
-        scene="Two elastic blocks that come towards each other, from half a cell farther",
-        seen="They push each other across the empty cells that both give to: on one velocity field from the width of a"
-             " spline, in fields of their own from about a cell",
-        cure='contact = "separate" of one of the bodies halves it; a smaller solver.dx', parameter="distance left",
-        unit="cells", values=(0.05, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0), fails="below",
-        settings={"shared": {"separate": False}, "shared cubic": {"separate": False, "kernel": "cubic"},
-                  "separate": {"separate": True}, "separate cubic": {"separate": True, "kernel": "cubic"}},
-        symptom="speed of approach lost", limit=FELT, measure=approach_lost, shown="shared",
-        cured="separate"),
-    Entry(
-        name="sticking", title="Bodies that do not part",
-        scene="Two elastic blocks that go away from each other, a cell farther than they were",
-        seen="On one velocity field what lies closer than the width of a spline holds together as if it were one body",
-        cure='contact = "separate" of one of the bodies', parameter="distance at the start", unit="cells",
-        values=(0.05, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0), fails="below",
-        settings={"shared": {"separate": False}, "shared cubic": {"separate": False, "kernel": "cubic"},
-                  "separate": {"separate": True}, "separate cubic": {"separate": True, "kernel": "cubic"}},
-        symptom="speed of parting lost", limit=HELD, measure=parting_lost, shown="shared", cured="separate"),
     Entry(
         name="thin_obstacle", title="Walls that snow is felt through",
         scene="An elastic block thrown at a wall, another one at rest on its other side",

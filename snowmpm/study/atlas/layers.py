@@ -42,15 +42,15 @@ def too_stiff(ratio, per_axis=2, **scheme):
     return -1.0
 
 
-def stack(layers, scheme, base=0.0, per_axis=2, separate=False):
+def stack(layers, scheme, base=0.0, per_axis=2, parted=None):
     """Relaxed column of layers [(thickness [cells], law)] from the ground up under a weak weight, two cells wide
     between smooth walls.
 
-    base: of the ground from a node [cells]; separate: each layer in a velocity field of its own, eight cells wide
-    and periodic, for what lies at a smooth wall has no clear direction of contact. -> states, and the layer of each
-    particle.
+    base: of the ground from a node [cells]; parted: adapter of what parts velocity fields, so that each layer has one
+    of its own, eight cells wide and periodic, for what lies at a smooth wall has no clear direction of contact. ->
+    states, and the layer of each particle.
     """
-    wide = 8 if separate else 2
+    wide = 8 if parted else 2
     parts, bottom = [], base * DX
     for thickness, _ in layers:
         rows = max(1, int(np.ceil(per_axis * thickness - 1e-9)))
@@ -62,18 +62,18 @@ def stack(layers, scheme, base=0.0, per_axis=2, separate=False):
         bottom += height
     layer = np.repeat(np.arange(len(parts)), [len(x) for x, _ in parts])
     volumes = np.concatenate([np.full(len(x), volume) for x, volume in parts])
-    population = Population(np.concatenate([x for x, _ in parts]), volumes, layer, field=layer if separate else 0)
-    fields = {"body_friction": np.zeros((len(layers), len(layers)))} if separate else {}
-    solver = scheme.solver(population, [law for _, law in layers], dx=DX, origin=np.zeros(2), **fields,
+    population = Population(np.concatenate([x for x, _ in parts]), volumes, layer, field=layer if parted else 0)
+    solver = scheme.solver(population, [law for _, law in layers], dx=DX, origin=np.zeros(2),
+                           adapters=(parted,) if parted else (),
                            lower=np.array([0.0, base * DX]), upper=np.array([wide * DX, bottom + 2 * DX]),
                            gravity=np.array([0.0, -G]),
-                           sides=[["periodic" if separate else "slip"] * 2, ["stick", "open"]])
+                           sides=[["periodic" if parted else "slip"] * 2, ["stick", "open"]])
     states = ParticleStates(solver)
     # Slowest swing: the column as if all its weight stood on top of its springs in a row
     weight = sum(t * law.density for t, law in layers) * DX
     softness = sum(t / law.youngs_modulus for t, law in layers) * DX
     slowest = 1.0 / np.sqrt(weight * softness)
-    while solver.time < (24.0 if separate else 8.0) / slowest:
+    while solver.time < (24.0 if parted else 8.0) / slowest:
         dt = solver.stable_dt()[0]
         solver.damping_factor = max(0.0, 1.0 - 2.0 * dt * slowest)
         solver.step(dt)
@@ -90,16 +90,6 @@ def interface_stress(contrast, base=0.0, **scheme):
     exact = -SOFT.density * G * DX * (8.0 - z)
     stress = states.column("stress")[:, 1]
     return np.sqrt((((stress - exact) / exact)[near] ** 2).mean())
-
-
-def contact_stress(offset, separate=True, **scheme):
-    """Largest error of the stress within a cell of the contact of two equal layers of 4 cells, which lies `offset`
-    [cells] from a node."""
-    scheme = Scheme(**{"transfer": "apic", **scheme})
-    states, _ = stack([(4.0, SOFT), (4.0, SOFT)], scheme, offset, separate=separate)
-    z = states.reference[:, 1] / DX - offset
-    exact, near = -SOFT.density * G * DX * (8.0 - z), np.abs(z - 4.0) < 1.0
-    return np.abs(states.column("stress")[near, 1] / exact[near] - 1.0).max()
 
 
 def sinking(thickness, contrast, **scheme):
@@ -140,18 +130,6 @@ ENTRIES = (
                   "cubic": {"kernel": "cubic"}},
         symptom="error of the stress beside the interface", limit=WRONG_STRESS, measure=interface_stress,
         shown="quadratic"),
-    Entry(
-        name="stacked_bodies", title="Stresses beside a contact of two bodies",
-        scene="Two equal layers of 4 cells, one on the other, each in a velocity field of its own, under their weight",
-        seen="Where they meet at a node, the row of particles at the contact carries nothing and the next one twice as"
-             " much; their sum is right, and so is what lies farther than two cells",
-        cure="a contact that lies half a cell from the nodes; one body, or bodies that share their velocities, where"
-             " they never part", parameter="distance of the contact from a node", unit="cells", fails="below",
-        values=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5), settings={
-            "quadratic": {}, "shape": {"gradient": "shape"}, "cubic": {"kernel": "cubic"},
-            "one body": {"separate": False}},
-        symptom="error of the stress within a cell of the contact", limit=WRONG_STRESS, measure=contact_stress,
-        shown="quadratic", cured="one body"),
     Entry(
         name="thin_layer", title="A layer thinner than a cell",
         scene="A slab of 4 cells on a soft layer, on 2 cells of the slab's stuff, at rest under their weight",

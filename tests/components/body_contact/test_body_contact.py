@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from snowmpm.components.body_contact.mpm import BodyContact
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
@@ -27,7 +28,7 @@ def two_boxes(boxes, velocities, *, fields=(0, 1), friction=0.0, gravity=0.0, fl
     sides = [["open", "open"]] * (dim - 1) + [["stick", "open"]]
     solver = MpmSolver(population, [ICE], dx=DX, precision="f64", origin=np.full(dim, -4.0), lower=lower,
                        upper=np.full(dim, 4.0), gravity=pull, sides=sides,
-                       body_friction=np.full((2, 2), friction))
+                       adapters=[BodyContact(np.full((2, 2), friction), ["one", "two"])])
     return solver, lambda: solver.particles.labels()[:, 1] >= counts[0]
 
 
@@ -57,7 +58,7 @@ def test_bodies_that_collide_share_momentum(dim):
         solver.step(solver.stable_dt()[0])
     mass, v = solver.particles.masses(), solver.particles.column("velocity")
     # X6: what one gave the other is what that gained, and the sum of both is nothing
-    reaction, gained = solver.between_bodies, (mass[:, None] * v)[second()].sum(axis=0) - before
+    reaction, gained = solver.grid.fields.given, (mass[:, None] * v)[second()].sum(axis=0) - before
     assert np.abs(reaction[1, 0] - gained).max() < 1e-12 * mass.sum() and gained[0] > 0.1 * mass.sum()
     assert np.abs(reaction.sum(axis=(0, 1))).max() == 0.0 and np.abs(reaction[0, 1] + reaction[1, 0]).max() == 0.0
     assert np.abs(mass @ v).max() < 1e-12 * mass.sum()
@@ -95,4 +96,4 @@ def test_goes_on_from_its_state_bit_by_bit():
             each.step(5e-4)
     np.testing.assert_array_equal(other.particles.table(), solver.particles.table())
     assert other.contact_work == solver.contact_work
-    np.testing.assert_array_equal(other.between_bodies, solver.between_bodies)
+    np.testing.assert_array_equal(other.grid.fields.given, solver.grid.fields.given)

@@ -20,8 +20,8 @@ from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
-from snowmpm.mpm.contact.field_pairs import FieldPairs
-from snowmpm.mpm.node import block_nodes, node_vector
+from snowmpm.compiler.runtime import DTYPES
+from snowmpm.mpm.kernel_api import FieldPairs, block_nodes, node_vector
 from snowmpm.particles.blocks import EDGE
 
 LEAST_SHARE = 0.1
@@ -29,7 +29,7 @@ LEAST_SHARE = 0.1
 cell too early, and along normals that say little."""
 
 
-class BodyContact(FieldPairs):
+class CoulombPairs(FieldPairs):
     """Contact of bodies, and what it took.
 
     friction (n, n): Coulomb mu between fields; density (n,): mean reference density of each [kg/m3].
@@ -41,13 +41,12 @@ class BodyContact(FieldPairs):
         self._exchange = body_contact_kernel(dim, real, flip, serial)
 
     @classmethod
-    def of(cls, population, density, friction, dim, real, flip, serial):
-        """Contact of the velocity fields of a `Population`, None where it has one; density (m,): of the materials."""
-        if population.field.max(initial=0) == 0:
-            return None
+    def of(cls, population, density, friction, solver):
+        """Contact of the velocity fields of a `Population` in an `MpmSolver`; density (m,): of the materials."""
         masses = population.volumes * density[population.material]
-        mass, volume = (np.bincount(population.field, part) for part in (masses, population.volumes))
-        return cls(dim, real, flip, friction, mass / np.where(volume > 0.0, volume, 1.0), serial)
+        mass, volume = (np.bincount(population.field, part, len(friction)) for part in (masses, population.volumes))
+        return cls(solver.dim, DTYPES[solver.precision][0], solver.flip, friction,
+                   mass / np.where(volume > 0.0, volume, 1.0), solver.serial)
 
     def apply_contact(self, grid, dx):
         """Let bodies that meet push each other apart."""

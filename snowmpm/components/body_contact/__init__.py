@@ -1,0 +1,1 @@
+"""Bodies in velocity fields of their own, which slide on each other and part."""
