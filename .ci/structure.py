@@ -23,7 +23,7 @@ TYPED = ("mpm", "sph", "depth", "implicit", "stepping", "particles", "components
 
 FEATURES = {
     "pore water": r"pore_water|PoreWater|fill_pores", "two velocities": r"two_velocities|TwoVelocities",
-    "flow water": r"flow_water|FlowWater", "rigid bodies": r"rigid_world|free_bodies|FreeMotion",
+    "flow water": r"flow_water|FlowWater",
     "structures": r"\brods\b|Rods\b|structures\b", "preCICE": r"precice",
     "forcing and damping": r"\bForcing\b|Damping\b",
     "entrainment": r"entrain", "forest and deposition": r"\bforest|deposition",

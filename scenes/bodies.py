@@ -6,8 +6,17 @@ from pydantic import Field, model_validator
 
 from snowmpm import components
 from snowmpm.scenes.shapes import BodyShape, ObstacleShape
-from snowmpm.scenes.space import LIST, NUMBER, FileName, Vector, by_type, dimension, zero_vector
-from snowmpm.scenes.spec import Fraction, Name, NonNegative, Number, Positive, Spec, check_period, refuse
+from snowmpm.scenes.space import (
+    LIST,
+    NUMBER,
+    FileName,
+    Vector,
+    by_type,
+    check_turn,
+    no_rotation,
+    zero_vector,
+)
+from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, check_period, refuse
 from snowmpm.scenes.terrain import Touching
 
 
@@ -27,20 +36,8 @@ class Body(Spec):
 components.open_table("bodies", Body)
 
 
-def _no_rotation():
-    return 0.0 if dimension() == 2 else zero_vector()
-
-
 def _moves(value):
     return any(value) if isinstance(value, tuple) else bool(value)
-
-
-def check_turn(omega):
-    """Raise an error unless an angular velocity suits the dimension of the scene."""
-    if dimension() == 2 and isinstance(omega, tuple):
-        raise refuse("must be a number [degrees/s] in a 2-D scene", "angular_velocity", omega)
-    if dimension() == 3 and not isinstance(omega, tuple):
-        raise refuse("must be 3 numbers, [x, y, z] [degrees/s], in a 3-D scene", "angular_velocity", omega)
 
 
 class Motion(Spec):
@@ -50,7 +47,7 @@ class Motion(Spec):
     """of the centre [m/s]"""
     angular_velocity: Annotated[
         Annotated[Number, NUMBER] | Annotated[Vector, LIST], by_type(NUMBER, LIST)
-    ] = Field(default_factory=_no_rotation)
+    ] = Field(default_factory=no_rotation)
     """[degrees/s]; 2-D: a number, positive from +x towards +z; 3-D: a vector along the axis, right-handed"""
     centre: Vector | None = None
     """initial position of the centre of rotation [m]; the middle of the shape when missing"""
@@ -89,41 +86,6 @@ class Motion(Spec):
         return self
 
 
-class Free(Spec):
-    """A rigid body that weight, snow and contact move."""
-
-    density: Positive | None = None
-    """[kg/m3]; or mass"""
-    mass: Positive | None = None
-    """[kg], per metre of width in 2-D; or density"""
-    velocity: Vector = Field(default_factory=zero_vector)
-    """initial velocity of its centre of mass [m/s]"""
-    angular_velocity: Annotated[
-        Annotated[Number, NUMBER] | Annotated[Vector, LIST], by_type(NUMBER, LIST)
-    ] = Field(default_factory=_no_rotation)
-    """initial [degrees/s]; 2-D: a number, positive from +x towards +z; 3-D: a vector along the axis, right-handed"""
-    friction: NonNegative = 0.5
-    """Coulomb coefficient against ground, sides, obstacles and other free bodies, the smaller of two; that against snow
-    is the obstacle's own [-]"""
-    restitution: Fraction = 0.0
-    """speed after over speed before an impact on these [-]"""
-    start: NonNegative = 0.0
-    """held in its place until then [s]"""
-
-    @model_validator(mode="after")
-    def _has_one_mass(self):
-        if self.density is None and self.mass is None:
-            raise refuse("needs density or mass")
-        if self.density is not None and self.mass is not None:
-            raise refuse("does not go with mass: give one of them", "density", self.density)
-        return self
-
-    @model_validator(mode="after")
-    def _turns_in_its_plane(self):
-        check_turn(self.angular_velocity)
-        return self
-
-
 class Obstacle(Touching):
     """A rigid solid in contact with snow."""
 
@@ -131,13 +93,8 @@ class Obstacle(Touching):
     shape: ObstacleShape
     motion: Motion | None = None
     """at rest when missing"""
-    free: Free | None = None
-    """mass of a body that weight, snow and contact move, in place of motion"""
     drag: Positive = 2.0
     """c_d of the pressure c_d density v^2 / 2 of a depth-averaged flow [-]: 2 for walls, 1 to 1.5 for masts"""
 
-    @model_validator(mode="after")
-    def _moves_in_one_way(self):
-        if self.motion and self.free:
-            raise refuse("does not go with motion, which says where it is", "free", "a table")
-        return self
+
+components.open_table("obstacles", Obstacle)

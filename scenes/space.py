@@ -127,3 +127,16 @@ def by_type(*branches: Tag) -> Discriminator:
         return next((mark for mark in branches if kinds[mark]), branches[0]).tag
 
     return Discriminator(branch)
+
+
+def no_rotation() -> float | tuple[float, ...]:
+    """Angular velocity 0 in the dimension of the scene."""
+    return 0.0 if dimension() == 2 else zero_vector()
+
+
+def check_turn(omega: object) -> None:
+    """Raise an error unless an angular velocity suits the dimension of the scene."""
+    if dimension() == 2 and isinstance(omega, tuple):
+        raise refuse("must be a number [degrees/s] in a 2-D scene", "angular_velocity", omega)
+    if dimension() == 3 and not isinstance(omega, tuple):
+        raise refuse("must be 3 numbers, [x, y, z] [degrees/s], in a 3-D scene", "angular_velocity", omega)

@@ -1,5 +1,6 @@
 """Criterion for a run to end before its end_time."""
 
+from snowmpm import components
 from snowmpm.scenes.external import External
 from snowmpm.scenes.spec import Fraction, Positive, Spec
 
@@ -25,7 +26,8 @@ def ends_at_rest(scene):
     if scene.stop.at_rest is not None:
         return scene.stop.at_rest
     if scene.terrain is None or scene.saw_test or scene.reference or any(
-            item.motion or item.free for item in scene.obstacles) or any(
+            item.motion for item in scene.obstacles) or any(
+            component.moves_on for component in components.used(scene)) or any(
             isinstance(item, External) for item in scene.structures):
         return False
     return scene.terrain.kind in ("dem", "mesh") or (scene.terrain.kind == "profile" and not scene.events)

@@ -40,8 +40,6 @@ class Capabilities:
     """bodies that lie still until their start_time"""
     obstacles: bool = True
     moving_obstacles: bool = True
-    free_bodies: bool = False
-    """obstacles with mass, which snow, weight and contact move (`snowmpm.rigid`)"""
     structures: bool = False
     """masts that bend (`snowmpm.structures`)"""
     strong_coupling: bool = False
@@ -139,12 +137,12 @@ class MethodEntry:
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         receives=True, averaged_hats=True, water=True, two_velocities=True,
-        saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
+        saw_test=True, grid=True, presets=True, structures=True,
         strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
-        filling=1, rows_of_jump=2, free_bodies=True, structures=True, seepage=True), options="sph",
+        filling=1, rows_of_jump=2, structures=True, seepage=True), options="sph",
         seeping="snowmpm.seepage.solver:SeepageSolver.of"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,

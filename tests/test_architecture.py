@@ -24,7 +24,7 @@ GROUND = {"annotations", "cores", "errors", "draft", "memory", "overwriting", "s
           "amounts", "reading", "quantities", "methods", "registry", "plugins"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
-SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "rigid", "structures", "forcing",
+SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "structures", "forcing",
          "saw_test", "water"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "cores", "errors", "home", "schemes", "stages", "glance", "amounts",
@@ -52,7 +52,6 @@ MAY_IMPORT = {
     "terrain": {*GROUND, "compiler"},
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
-    "rigid": {*GROUND, "compiler", "solids"},
     "structures": {*GROUND, "compiler", "solids"},
     "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
     "water": {*GROUND, "compiler", "particles"},
@@ -100,7 +99,6 @@ FORBIDDEN = {
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
     "structures": PICTURES | {"h5py", "trimesh", "typer", "rich"},
-    "rigid": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.

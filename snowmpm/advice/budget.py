@@ -50,7 +50,7 @@ class Budget:
         work = facts.solver.workload
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(facts.model.obstacles),
-                                 scene.initial.stress == "settle" or bool(scene.saw_test), work.free, work.segments,
+                                 scene.initial.stress == "settle" or bool(scene.saw_test), work.segments,
                                  work.elements, work.substeps, work.unknowns, work.strong, work.components)
         self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
@@ -67,7 +67,8 @@ class Budget:
         blocks."""
         found = costs.stages(scheme or self.scheme, self.crowd.times(particles, blocks), settling)
         shared = 1.0 + EFFICIENCY * (self.threads - 1)
-        slower = {name: self._python if name in PYTHON else self._vector for name in found}
+        slower = {name: self._python if name in PYTHON or (name in COMPONENTS and COMPONENTS[name].in_python)
+                  else self._vector for name in found}
         return {name: slower[name] * seconds / (shared if name in PARALLEL else 1.0) for name, seconds in found.items()}
 
     def step(self, scheme=None, particles=1.0, blocks=1.0):
@@ -134,12 +135,11 @@ class Budget:
             rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
         if scheme.water:
             rows.append(("water", "pressure in the pores", stages["water"]))
-        if crowd.free or crowd.segments or crowd.elements:
+        if crowd.segments or crowd.elements:
             frames = f"{crowd.elements} elements of frameworks, {crowd.substeps + crowd.unknowns} substeps or unknowns"
-            what = [words for n, words in ((crowd.free, f"{crowd.free} free bodies"),
-                                           (crowd.segments, f"{crowd.segments} segments"),
+            what = [words for n, words in ((crowd.segments, f"{crowd.segments} segments"),
                                            (crowd.elements, frames)) if n]
-            rows.append(("bodies and structures", " and ".join(what), stages["movers"]))
+            rows.append(("structures", " and ".join(what), stages["movers"]))
         for name, work in crowd.components.items():
             counts = ", ".join(f"{n} {what}s" for what, n in work.items()
                                if not what.endswith("step") and not what.startswith("followed"))

@@ -99,7 +99,8 @@ class SceneFacts:
     def start_speed(self):
         """Largest speed [m/s] of the snow at the start, and of obstacles at any time."""
         moving = [body.velocity for body in self.scene.bodies]
-        moving += [moved.velocity for obstacle in self.scene.obstacles if (moved := obstacle.motion or obstacle.free)]
+        moving += [obstacle.motion.velocity for obstacle in self.scene.obstacles if obstacle.motion]
+        moving += [obstacle.motion.first_velocity for obstacle in self.model.obstacles]
         return max((float(np.linalg.norm(velocity)) for velocity in moving), default=0.0)
 
     @property

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from snowmpm import components
+
 ALIKE = 0.02
 """Share of the cells of a cross-section that may differ in plane strain."""
 
@@ -18,7 +20,8 @@ def is_plane_strain(facts):
         return False
     if scene.gravity_vector[1] or np.abs(facts.model.population.velocities[:, 1]).max(initial=0.0) > 0.0:
         return False
-    if scene.events or scene.structures or any(not _drawn_out(obstacle, facts) for obstacle in scene.obstacles):
+    if scene.events or scene.structures or any(component.motion for component in components.used(scene)) or any(
+            not _drawn_out(obstacle, facts) for obstacle in scene.obstacles):
         return False
     across = facts.model.population.positions[:, 1]
     if across.min() > facts.model.lower[1] + facts.dx or across.max() < facts.model.upper[1] - facts.dx:
@@ -41,7 +44,7 @@ def is_plane_strain(facts):
 
 
 def _drawn_out(obstacle, facts):
-    if obstacle.shape.kind != "box" or obstacle.free or (obstacle.motion and (obstacle.motion.velocity[1] or any(
+    if obstacle.shape.kind != "box" or (obstacle.motion and (obstacle.motion.velocity[1] or any(
             obstacle.motion.angular_velocity[axis] for axis in (0, 2)))):
         return False
     return obstacle.shape.min[1] <= facts.model.lower[1] and obstacle.shape.max[1] >= facts.model.upper[1]

@@ -18,6 +18,7 @@ NAMES = (
     "face_loads",
     "interface_layer",
     "nonlocal_averaging",
+    "rigid_bodies",
 )
 
 
@@ -48,6 +49,15 @@ def velocity_fields(scene):
     """Number of the velocity field of each body of a scene (n,): 0 for all without a component that parts them."""
     makers = (component.fields for component in used(scene) if component.fields)
     return next((make(scene) for make in makers), np.zeros(len(scene.bodies), int))
+
+
+def motion_of(scene, i):
+    """What makes the motion of obstacle i of a scene, `SolidShape` -> motion; None where no component does."""
+    for component in used(scene):
+        if component.motion:
+            make = resolved(component.motion)
+            return lambda shape: make(scene, i, shape)
+    return None
 
 
 def law_of(scene, material):
@@ -82,3 +92,7 @@ def extend(component, *names):
             table.model_rebuild(force=True)
             changed.add(table)
     return changed
+
+
+# Scenes open their tables to components, whoever is imported first
+importlib.import_module("snowmpm.scenes.schema")

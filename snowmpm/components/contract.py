@@ -18,7 +18,10 @@ class Component:
     adds to tables of a scene, by their places ("solver", "solver.implicit"); order: among the components, those of
     lower number act first; owns: what only one component at a time may have; beside: names of what it does not go with
     (`setup.refusals.FEATURES`); refuse: scene -> raises InputError for what cannot be; cautions: module with rules of
-    `check`; atlas: module with ATLAS, {group: entries}; fields: scene -> number of the velocity field of each body.
+    `check`; atlas: module with ATLAS, {group: entries}; fields: scene -> number of the velocity field of each body;
+    motion: "module:name" of (scene, number of an obstacle, `solids.shape.SolidShape`) -> its motion, or None; moves_on:
+    whether something moves on when the snow has come to rest; in_python: whether its cost goes with the speed of Python
+    rather than that of kernels.
 
     Of one that carries bodies in place of particles that fill them: carries: (scene, body) -> whether it does; law:
     (scene, material) -> the law in place of that of the scene, or None; seeds: "module:name" of (scene, index of a
@@ -40,6 +43,9 @@ class Component:
     atlas: str = ""
     keys: Mapping[str, Any] = field(default_factory=dict)
     fields: Callable[[Any], Any] | None = None
+    motion: str = ""
+    moves_on: bool = False
+    in_python: bool = False
     carries: Callable[[Any, Any], bool] = lambda scene, body: False
     law: Callable[[Any, str], Any] = lambda scene, material: None
     seeds: str = ""

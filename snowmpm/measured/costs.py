@@ -121,13 +121,12 @@ class Crowd:
     obstacles: int = 0
     rests: bool = False
     """whether it lies at rest until it is triggered: hardly anything of it yields, then or later"""
-    free: int = 0
     segments: int = 0
     elements: int = 0
     substeps: int = 0
     unknowns: int = 0
     strong: int = 0
-    """rigid bodies; segments of rods; elements of frameworks, the substeps of all of them, unknowns of those that go to
+    """segments of rods; elements of frameworks, the substeps of all of them, unknowns of those that go to
     rest in each step; segments and elements of structures that answer within the step"""
     components: dict = field(default_factory=dict)
     """of each component, what a step has to do for it (`stepping.component.Adapter.work`)"""
@@ -140,7 +139,7 @@ class Crowd:
         """With so many times as many particles and blocks."""
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
-                     self.obstacles, self.rests, self.free, self.segments, self.elements, self.substeps, self.unknowns,
+                     self.obstacles, self.rests, self.segments, self.elements, self.substeps, self.unknowns,
                      self.strong, self._components_of(particles))
 
     def _components_of(self, particles):
@@ -150,7 +149,7 @@ class Crowd:
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, free bodies and structures, components, calls of kernels. Nothing moves far enough to be
+    water in the pores, structures, components, calls of kernels. Nothing moves far enough to be
     sorted while an initial state settles, and nothing is followed yet."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
@@ -190,8 +189,8 @@ def pore_water(scheme, n):
 
 
 def movers(scheme, crowd):
-    """ns of a step that free bodies and structures take, beside their contact with snow as moving obstacles."""
-    counts = {"free": crowd.free, "segment": crowd.segments, "element": crowd.elements, "substep": crowd.substeps,
+    """ns of a step that structures take, beside their contact with snow as moving obstacles."""
+    counts = {"segment": crowd.segments, "element": crowd.elements, "substep": crowd.substeps,
               "unknown": crowd.unknowns, "strong": crowd.strong}
     return sum(n * _of(scheme, "mover", name) for name, n in counts.items() if n)
 

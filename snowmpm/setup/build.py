@@ -92,7 +92,7 @@ def _extent(scene):
 def _obstacles(scene):
     try:
         return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})",
-                            TERRAIN_REACH * scene.solver.dx)
+                            TERRAIN_REACH * scene.solver.dx, components.motion_of(scene, i))
                 for i, spec in enumerate(scene.obstacles)]
     except InputError as error:
         raise InputError(f"{scene.source}: {error}") from None

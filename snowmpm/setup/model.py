@@ -25,7 +25,6 @@ from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
-from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
 from snowmpm.setup.two_velocities import has_own_water, two_velocities
@@ -211,8 +210,6 @@ class Model:
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
-        if any(obstacle.free for obstacle in self.obstacles):
-            solver.move("rigid", rigid_world(self))
         if self.scene.structures:
             solver.move("structures", rods(self))
         if self.scene.water and self.scene.water.scheme == "u_p":

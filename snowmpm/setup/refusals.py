@@ -43,8 +43,6 @@ def demands(scene, later=False):
     for i, obstacle in enumerate(scene.obstacles):
         if obstacle.motion:
             yield "moving_obstacles", True, f"obstacles.{i}.motion", "a table"
-        if obstacle.free:
-            yield "free_bodies", True, f"obstacles.{i}.free", "a table"
     if scene.structures:
         yield "structures", True, "structures.0.name", scene.structures[0].name
     for i, structure in enumerate(scene.structures):
@@ -163,9 +161,8 @@ def _refuse_zone(scene):
 
 
 def _refuse_free(scene):
-    """Raise InputError for free bodies and structures beside what does not know them."""
-    free = [(f"obstacles.{i}.free", "a table") for i, obstacle in enumerate(scene.obstacles) if obstacle.free]
-    free += [(f"structures.{i}.name", structure.name) for i, structure in enumerate(scene.structures)]
+    """Raise InputError for structures beside what does not know them."""
+    free = [(f"structures.{i}.name", structure.name) for i, structure in enumerate(scene.structures)]
     if free and scene.switch:
         raise InputError.at(*free[0], "does not go with switch: no hand-over keeps it", scene.source)
     if free and scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
@@ -216,6 +213,8 @@ NO_COMPONENT = ('water.scheme = "seepage"',)
 """Parts of a scene that no component goes with."""
 
 FEATURES = {
+    "periodic sides of the domain": lambda scene: scene.domain and "periodic" in scene.domain.sides(
+        scene.dimension).values(),
     'water.scheme = "v_w"': lambda scene: scene.water is not None and scene.water.scheme == "v_w",
     NO_COMPONENT[0]: lambda scene: scene.water is not None and scene.water.scheme == "seepage",
     "switch": lambda scene: scene.switch, "zone": lambda scene: scene.zone, "water": lambda scene: scene.water,

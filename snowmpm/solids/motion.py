@@ -30,6 +30,9 @@ class RigidMotion:
     still: whether it never moves.
     """
 
+    first_velocity = 0.0
+    """of one that forces move, at the start (dim,) [m/s]"""
+
     def __init__(self, centre, course=None):
         """centre (dim,) [m]: of rotation, at the start; course: `Uniform`, `Tabulated` or None for rest."""
         self.start_centre = np.asarray(centre, float)

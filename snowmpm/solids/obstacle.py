@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.solids.free_motion import FreeMotion
 from snowmpm.solids.motion import RigidMotion
 from snowmpm.solids.primitives import BALL
 from snowmpm.solids.shape import SolidShape
@@ -30,15 +29,16 @@ class Obstacle:
     part: bool = False
 
     @classmethod
-    def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf):
-        """Obstacle of a scene's obstacle table; files are relative to base_dir; reach [m]: of `SolidShape`.
+    def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf, moved=None):
+        """Obstacle of a scene's obstacle table; files are relative to base_dir; reach [m]: of `SolidShape`;
+        moved: `SolidShape` -> its motion, in place of that of the table.
 
         InputError: a file or a shape that is wrong, with `key` in front.
         """
         shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape", reach)
         try:
-            free = getattr(spec, "free", None)
-            motion = FreeMotion.of(free, shape) if free else RigidMotion.of(spec.motion, shape.origin, base_dir)
+            motion = moved(shape) if moved else None
+            motion = motion or RigidMotion.of(spec.motion, shape.origin, base_dir)
         except InputError as error:
             raise InputError(f"{key}: {error}") from None
         return cls(spec.name, shape, motion, spec.contact, spec.friction, getattr(spec, "drag", cls.drag))
@@ -47,11 +47,6 @@ class Obstacle:
     def code(self):
         """Number of the contact among `snowmpm.stepping.contact_velocity.CODES`."""
         return CODES[self.contact]
-
-    @property
-    def free(self):
-        """Whether forces move it (`solids.free_motion`)."""
-        return isinstance(self.motion, FreeMotion)
 
     @property
     def still(self):

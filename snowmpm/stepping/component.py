@@ -55,6 +55,9 @@ class Adapter:
     def after_gather(self, dt: float) -> None:
         """The particles have moved."""
 
+    def end_step(self, dt: float) -> None:
+        """All else of the step is done, and the clock has not advanced yet."""
+
     def limit_dt(self, dt: float, critical: float, elastic: float) -> float:
         """A step of dt [s], made short enough; critical, elastic: the cfl at which waves grow, and that of dt."""
         return dt
@@ -100,7 +103,7 @@ class Adapter:
 
 
 HOOKS = ("field_pairs", "before_scatter", "after_scatter", "terms", "strain", "before_ground", "after_ground",
-         "before_gather", "after_gather", "limit_dt")
+         "before_gather", "after_gather", "end_step", "limit_dt")
 
 
 class Adapters:
@@ -116,6 +119,7 @@ class Adapters:
     after_ground: list[Callable[..., None]]
     before_gather: list[Callable[..., None]]
     after_gather: list[Callable[..., None]]
+    end_step: list[Callable[..., None]]
     limit_dt: list[Callable[..., float]]
 
     def __init__(self, adapters: Iterable[Adapter] = ()) -> None:

@@ -63,9 +63,9 @@ class Workload:
     """What a step has to do beside its particles, for the forecast of its cost.
 
     blocks: owner blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface;
-    surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all; free:
-    rigid bodies; segments: of rods; elements: of frameworks, substeps: that all of them take in a step, and unknowns:
-    of frameworks that go to rest in each; strong: segments and elements of structures that answer within the step;
+    surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all;
+    segments: of rods; elements: of frameworks, substeps: that all of them take in a step, and unknowns: of frameworks
+    that go to rest in each; strong: segments and elements of structures that answer within the step;
     components: what a step has to do for each (`component.Adapter.work`), by its name; shortened: the step with each
     that limits it over that without.
     """
@@ -76,7 +76,6 @@ class Workload:
     surfaces: int = 0
     moving: int = 0
     serial: bool = False
-    free: int = 0
     segments: int = 0
     elements: int = 0
     substeps: int = 0
@@ -109,8 +108,7 @@ class Method(ABC):
     water: Any = None
     """`water.pore_water.PoreWater` in the particles, or None"""
     movers: Mapping[str, Any] = MappingProxyType({})
-    """what moves obstacles by the forces on them, by name: "rigid" (`rigid.world.World`), "structures"
-    (`structures.rods.Rods`)"""
+    """what moves obstacles by the forces on them, by name: "structures" (`structures.rods.Rods`)"""
 
     # ---- the step ---------------------------------------------------------------------------------------------
 

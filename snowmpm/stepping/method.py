@@ -75,8 +75,7 @@ class Solver(Method):
         water.begin(self)
 
     def move(self, name, mover):
-        """Let what moves obstacles act from now on: free bodies (`rigid.world.World`), structures
-        (`structures.rods.Rods`)."""
+        """Let what moves obstacles act from now on: structures (`structures.rods.Rods`)."""
         self.movers[name] = mover
         mover.begin()
 
@@ -88,9 +87,8 @@ class Solver(Method):
     @property
     def moved(self):
         """What moves obstacles, for `stepping.contract.Workload`."""
-        rigid, rods = self.movers.get("rigid"), self.movers.get("structures")
-        return {"free": len(rigid.bodies) if rigid else 0,
-                **(rods.workload(self.expected_dt()[0]) if rods else {})}
+        rods = self.movers.get("structures")
+        return rods.workload(self.expected_dt()[0]) if rods else {}
 
     def set_gravity(self, gravity):
         """Gravity (dim,) [m/s2] of the steps to come."""
@@ -120,6 +118,8 @@ class Solver(Method):
             totals = self.obstacle_totals
             for mover in self.movers.values():
                 mover.advance(self.time, dt, self.gravity, totals)
+        for act in self.adapters.end_step:
+            act(dt)
         self.time += dt
         self.steps += 1
 

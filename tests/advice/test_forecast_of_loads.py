@@ -41,14 +41,14 @@ def test_check_tells_of_points_and_elements():
     _, budget = of_block(3, 8, forces=PRESSED, structures=[FENCE])
     found = row(budget, "loads on surfaces")
     assert found.seconds > 0.0 and found.detail == f"{5 * 16 * 16} points"  # all sides but the one on the ground
-    told = row(budget, "bodies and structures")
+    told = row(budget, "structures")
     assert told.seconds > 0.0 and told.detail.startswith("9 elements of frameworks, ")
     _, rests = of_block(3, 8, structures=[FENCE | {"response": "static", "coupling": "one_way"}])
     assert rests.facts.solver.workload.unknowns == 6 * 8 and rests.facts.solver.workload.substeps == 0
-    assert row(rests, "bodies and structures").seconds > told.seconds
+    assert row(rests, "structures").seconds > told.seconds
     assert row(rests, "loads on surfaces") is None and "face_loads" not in rests.stages()
     _, plain = of_block(3, 8)
-    assert row(plain, "bodies and structures") is None
+    assert row(plain, "structures") is None
 
 
 def more_than(loaded, plain, steps):

@@ -11,13 +11,13 @@ from scipy.optimize import nnls
 
 from snowmpm.advice.budget import Budget
 from snowmpm.advice.facts import SceneFacts
+from snowmpm.components.rigid_bodies.atlas import stack
 from snowmpm.measured import costs
 from snowmpm.methods import METHODS
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.library import library
 from snowmpm.schemes import TRANSFERS
 from snowmpm.setup.build import build
-from snowmpm.study.atlas import standing
 
 LEAST_STEPS, SMALL = 20, 6000
 STEPPING = ("scatter", "gather", "grid", "contact", "sort", "rest")
@@ -59,7 +59,7 @@ def in_scenes():
         found["moving", dim, ""] += carried[dim]
     found |= fitted(runs, lambda run: run.ns("rest"), {
         "call": lambda run: 1.0, "watched": lambda run: run.watched,
-        "free": lambda run: (run.dim == 2) * run.crowd.free,
+        "free": lambda run: (run.dim == 2) * bodies(run.crowd),
         "segment": lambda run: run.crowd.segments + run.crowd.elements})
     del found["call"]
     calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
@@ -67,7 +67,8 @@ def in_scenes():
         for (what, of, name), ns in ((key, ns) for key, ns in found.items() if isinstance(key, tuple)):
             if of == dim:
                 yield what, dim, "f32", name, ns
-        yield "mover", dim, "f32", "free", found["free"] * (1.0 if dim == 2 else stacks())
+        for method in ("mpm", "sph"):
+            yield f"{method} rigid_bodies", dim, "f32", "body", found["free"] * (1.0 if dim == 2 else stacks())
         yield "mover", dim, "f32", "segment", found["segment"]
         if any(run.crowd.strong for run in runs):
             yield "mover", dim, "f32", "strong", found["strong"]
@@ -115,16 +116,21 @@ class Run:
                 + self.flip * found["more", dim, "aflip"] * crowd.n + found["node block", dim, flip] * crowd.node_blocks
                 + found["contact block", dim, ""] * crowd.contact_blocks + found["surface"] * crowd.surfaces
                 + found["moving", dim, ""] * crowd.moving + found["watched"] * self.watched + self.ns("sort")
-                + found["free"] * crowd.free * (dim == 2) + found["segment"] * (crowd.segments + crowd.elements))
+                + found["free"] * bodies(crowd) * (dim == 2) + found["segment"] * (crowd.segments + crowd.elements))
 
     def ns(self, *stages, a="steps"):
         """Of some stages a step, or `a` frame."""
         return 1e9 * sum(self.row[stage] for stage in stages) / self.row[a] / self.slow
 
 
+def bodies(crowd):
+    """Rigid bodies with mass of a scene."""
+    return crowd.components.get("rigid_bodies", {}).get("body", 0)
+
+
 def stacks():
     """Time of a step of six free blocks on each other in 3-D over that in 2-D."""
-    worlds, spent = {dim: standing.stack(6, 1.0, dim) for dim in (2, 3)}, {2: 0.0, 3: 0.0}
+    worlds, spent = {dim: stack(6, 1.0, dim) for dim in (2, 3)}, {2: 0.0, 3: 0.0}
     for k in range(WARM_UP + PAIRS):
         for dim, world in worlds.items():
             start = time.process_time()

@@ -69,23 +69,6 @@ def _on_hats(method):
                            {"name": "wall", "shape": {"kind": "box", "min": lower, "max": upper}}])
 
 
-def _against_free_box(method):
-    dim = given.least_dimension(method)
-    lower, upper = given.point(dim, given.SIDE + 0.02, -0.1, -0.1), given.point(dim, given.SIDE + 0.6, 0.5, 0.5)
-    return _with_block(method, (8.0, 0.0), obstacles=[
-        {"name": "crate", "shape": {"kind": "box", "min": lower, "max": upper}, "free": {"density": 400.0}}])
-
-
-def _pushes_it(simulation):
-    before = momentum(simulation)
-    steps(simulation, 30)
-    crate, row = simulation.solver.movers["rigid"].bodies[0], simulation.audit()
-    gained = crate.motion.matter.mass * crate.motion.velocity
-    assert gained[0] > 0.02 * before[0] and crate.motion.centre[0] > given.SIDE + 0.31
-    assert np.allclose(momentum(simulation) + gained, before, rtol=0.0, atol=1e-11 * before[0])
-    assert row["momentum_residual"] < 1e-11 and row["rigid_momentum_residual"] < 1e-11
-
-
 def _against_mast(method):
     dim = given.least_dimension(method)
     foot, top = given.point(dim, given.SIDE + 0.14, -0.4, 0.2), given.point(dim, given.SIDE + 0.14, 0.8, 0.2)
@@ -279,7 +262,6 @@ def _changes_something(change):
 CAPABILITIES = {
     "terrain": Asked(_on_ground, _carried),
     "obstacles": Asked(_against_wall, _stopped),
-    "free_bodies": Asked(_against_free_box, _pushes_it),
     "structures": Asked(_against_mast, _bends_it),
     "strong_coupling": Asked(_against_light_mast, _gives_way),
     "periodic": Asked(_around, _came_back),

@@ -10,8 +10,8 @@ import snowmpm
 from snowmpm.campaigns.cluster import DEATHS
 from snowmpm.cli import watch
 from snowmpm.components.face_loads.from_scene import PENALTY, SOLVED_PENALTY
+from snowmpm.components.rigid_bodies.impulses import SWEEPS
 from snowmpm.implicit.linear import MOST_DIRECT
-from snowmpm.rigid.impulses import SWEEPS
 from snowmpm.running.rest import rested
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.dams import Dam

@@ -1,4 +1,4 @@
-"""Rules: structures that bend in the snow, and free bodies."""
+"""Rules: structures that bend in the snow."""
 
 import numpy as np
 
@@ -7,9 +7,6 @@ from snowmpm.scenes.external import External
 from snowmpm.scenes.frameworks import Framework
 from snowmpm.setup.external import externals, windows
 from snowmpm.setup.standing import heaviest_held, line_mass_held
-
-HEAVIER = 30.0
-"""Ratio of the masses of two free bodies from which on `heavy_on_light` is asked."""
 
 
 @rule("mpm", "sph")
@@ -85,16 +82,3 @@ def _pieces(spec, rod):
         return [("segments", rod.n, 8, rod.lengths.min())]
     return [(f"members.{k}.segments", member.segments, 4, rod.lengths[rod.mesh.elements(k)[0]])
             for k, member in enumerate(rod.mesh.members)]
-
-
-@rule("mpm", "sph")
-def heavy_on_light(facts):
-    """Free bodies so unlike in mass that contact between them does not settle."""
-    bodies = [(i, obstacle) for i, obstacle in enumerate(facts.model.obstacles) if obstacle.free]
-    if len(bodies) < 2:
-        return
-    masses = [obstacle.motion.matter.mass for _, obstacle in bodies]
-    ratio = max(masses) / min(masses)
-    setting = "2 blocks" if len(bodies) == 2 else "6 blocks"
-    if ratio > HEAVIER and (border := beyond("heavy_on_light", setting, ratio)):
-        yield worded(border, f"obstacles.{bodies[masses.index(max(masses))][0]}.free", ratio)

@@ -1,17 +1,12 @@
-"""Entries: structures that bend in the snow, and free bodies on each other."""
-
-import itertools
+"""Entries: structures that bend in the snow."""
 
 import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.materials import Elastic
 from snowmpm.particles.population import Population
-from snowmpm.rigid.body import Body
-from snowmpm.rigid.world import World
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.standing import standing
-from snowmpm.solids import Obstacle
 from snowmpm.structures.rod import Rod
 from snowmpm.structures.rods import Rods, Standing
 from snowmpm.structures.section import Section
@@ -72,32 +67,6 @@ def energies_after(ratio, coupling, contact, structure):
     return found
 
 
-def stack(blocks, ratio, dim=2):
-    """`World` of a stack of blocks of 1 m, the uppermost of which has `ratio` times the mass of the others."""
-    made, box = [], {"kind": "box", "min": [4.0] * (dim - 1) + [0.0], "max": [5.0] * (dim - 1) + [1.0]}
-    for i in range(blocks):
-        place = {"kind": "box", "min": [0.0] * (dim - 1) + [float(i)], "max": [1.0] * (dim - 1) + [i + 1.0]}
-        spec = Scene.model_validate({
-            "name": "stack", "dimension": dim, "end_time": 1.0, "solver": {"dx": 0.5}, "materials": {"snow": SNOW},
-            "domain": {"min": [-9.0] * (dim - 1) + [0.0], "max": [9.0] * dim},
-            "bodies": [{"name": "snow", "material": "snow", "shape": box}],
-            "obstacles": [{"name": "block", "shape": place,
-                           "free": {"density": ratio * 1e3 if i == blocks - 1 else 1e3}}]}).obstacles[0]
-        made.append(Body(i, Obstacle.of(spec, dim), 0.5))
-    world = World(made, ground=lambda x: (x[:, -1], np.tile(np.eye(dim)[-1], (len(x), 1))))
-    world.begin()
-    return world
-
-
-def stacked(ratio, blocks):
-    """Largest overlap, over the height of a block, in a `stack` of so many after 0.2 s."""
-    world = stack(blocks, ratio)
-    for k in range(40):
-        world.advance(0.005 * k, 0.005, np.array([0.0, -9.81]), np.zeros((blocks, 4)))
-    levels = [0.0, *(body.motion.centre[1] + 0.5 for body in world.bodies)]
-    return max(low - high + 1.0 for low, high in itertools.pairwise(levels))
-
-
 ENTRIES = (
     Entry(
         name="few_segments", title="A mast of few pieces", scene="A rod at rest under a load across it",
@@ -116,13 +85,4 @@ ENTRIES = (
         settings={f"{coupling}, {contact}": {"coupling": coupling, "contact": contact}
                   for contact in ("stick", "separate") for coupling in ("weak", "strong")}, symptom="energy gained",
         limit=0.05, measure=struck, shown="weak, stick", cured="strong, stick", resolution=0.1),
-    Entry(
-        name="heavy_on_light", title="Heavy bodies on light ones",
-        scene="A stack of blocks, the uppermost heavier than the others",
-        seen="Impulses pass down a stack by a sweep for each block, and slowly where a heavy one lies on light ones:"
-             " sweeps that are cut off leave blocks sunk into each other",
-        cure="bodies of more equal mass, or fewer on each other", parameter="mass of the uppermost over the others",
-        unit="", values=(1.0, 10.0, 100.0, 1e3, 1e4, 1e5),
-        settings={"2 blocks": {"blocks": 2}, "6 blocks": {"blocks": 6}},
-        symptom="overlap over height", limit=1e-3, measure=stacked, shown="6 blocks"),
 )

@@ -4,13 +4,13 @@ A step of the snow, whose contact took their velocities v and places x at its be
 
     v* = v + J / M + dt g
     v' = v* + contact                         `impulses`, at x
-    x' = x + dt v',  likewise the rotation    `solids.free_motion`
+    x' = x + dt v',  likewise the rotation    `.motion`
 """
 
 import numpy as np
 
-from snowmpm.rigid.contact import SINK, resolve
-from snowmpm.rigid.touch import Touch
+from snowmpm.components.rigid_bodies.contact import SINK, resolve
+from snowmpm.components.rigid_bodies.touch import Touch
 
 
 class World:

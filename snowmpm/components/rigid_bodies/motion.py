@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from snowmpm.solids import quaternion
-from snowmpm.solids.matter import Matter
+from snowmpm.components.rigid_bodies import quaternion
+from snowmpm.components.rigid_bodies.matter import Matter
 from snowmpm.solids.motion import Pose, RigidMotion
 from snowmpm.solids.rotation import no_turn, rotation_matrix
 

@@ -1,8 +1,9 @@
-"""The free bodies of a scene, and what they may touch."""
+"""The bodies of a scene, and what they may touch."""
 
+from snowmpm.components.rigid_bodies.body import Body
+from snowmpm.components.rigid_bodies.motion import FreeMotion
+from snowmpm.components.rigid_bodies.world import World
 from snowmpm.errors import InputError
-from snowmpm.rigid.body import Body
-from snowmpm.rigid.world import World
 from snowmpm.scenes.space import AXES
 from snowmpm.terrain import DistanceField
 
@@ -10,17 +11,27 @@ SUNK = 0.05
 """Share of its radius by which a body may lie in the ground or in another solid at the start."""
 
 
+def motion_of(scene, i, shape):
+    """`FreeMotion` of obstacle i of a scene with this `SolidShape`, None of one without a mass."""
+    return FreeMotion.of(spec, shape) if (spec := scene.obstacles[i].free) else None
+
+
+def is_free(obstacle):
+    """Whether forces move it."""
+    return isinstance(obstacle.motion, FreeMotion)
+
+
 def rigid_world(model):
     """`World` of the free obstacles of a `Model` at time zero. InputError: one that lies in the ground or a solid."""
     scene = model.scene
     bodies = [Body(i, obstacle, scene.solver.dx, scene.obstacles[i].free.friction, scene.obstacles[i].free.restitution)
-              for i, obstacle in enumerate(model.obstacles) if obstacle.free]
+              for i, obstacle in enumerate(model.obstacles) if is_free(obstacle)]
     ground = None
     if model.surface is not None:
         # A ball is told by the distance of its centre
         reach = max(2.0 * body.probe_radius for body in bodies) + model.depth + 5.0 * scene.solver.dx
         ground = DistanceField(model.surface, reach).query
-    world = World(bodies, [obstacle for obstacle in model.obstacles if not obstacle.free], ground, _sides(model),
+    world = World(bodies, [obstacle for obstacle in model.obstacles if not is_free(obstacle)], ground, _sides(model),
                   (model.lower, model.upper))
     for body, what, depth in world.overlaps():
         if depth > SUNK * body.radius:

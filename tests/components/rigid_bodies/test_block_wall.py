@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 def tilted(dx, until=1.4):
     """Displacements (6, 2) [m] and turns (6,) [rad] of the blocks, and the history's row."""
     simulation = Simulation(load_scene("block_wall_2d", {"solver.dx": dx}))
-    bodies = simulation.solver.movers["rigid"].bodies
+    bodies = simulation.solver.adapters["rigid_bodies"].world.bodies
     while simulation.time < until:
         simulation.step()
     moved = np.array([body.motion.centre - body.motion.start_centre for body in bodies])

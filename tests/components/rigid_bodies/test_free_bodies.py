@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from snowmpm.rigid import impulses
-from snowmpm.solids.matter import Matter
+from snowmpm.components.rigid_bodies import impulses
+from snowmpm.components.rigid_bodies.matter import Matter
 from snowmpm.solids.primitives import CYLINDER
 from snowmpm.solids.shape import SolidShape
-from tests.support.rigid_bodies import BALL, BOX, G, body, let_go, on_slope, plane, solid, world
+from tests.components.rigid_bodies.bodies import BALL, BOX, G, body, let_go, on_slope, plane, solid, world
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from snowmpm.rigid.probes import probes
+from snowmpm.components.rigid_bodies.probes import probes
 
 HELD = 1.0
 """Cells around a body whose snow contact holds at its velocity, about."""

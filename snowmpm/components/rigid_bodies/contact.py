@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from snowmpm.rigid.impulses import impulses
-from snowmpm.rigid.touch import tangents
+from snowmpm.components.rigid_bodies.impulses import impulses
+from snowmpm.components.rigid_bodies.touch import tangents
 
 SINK = 1e-4
 """Overlap, over the radius of a body, that is left as it is: more is taken out by degrees."""

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from snowmpm.rigid.body import Body
-from snowmpm.rigid.world import World
-from snowmpm.solids.free_motion import FreeMotion
-from snowmpm.solids.matter import Matter
+from snowmpm.components.rigid_bodies.body import Body
+from snowmpm.components.rigid_bodies.matter import Matter
+from snowmpm.components.rigid_bodies.motion import FreeMotion
+from snowmpm.components.rigid_bodies.world import World
 from snowmpm.solids.obstacle import Obstacle
 from snowmpm.solids.primitives import BALL, BOX
 from snowmpm.solids.shape import SolidShape

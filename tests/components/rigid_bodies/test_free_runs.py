@@ -65,7 +65,7 @@ def test_a_body_of_the_mass_of_snow_takes_up_its_speed():
     """A crate as light as the grid allows, hit by an elastic block: no faster than what comes off one, and no gain."""
     crate = {"free": {"density": 320.0}, "shape": {**BOX, "min": [0.42, 0.0]}}
     simulation = Simulation(scene(crate, gravity=0.0, terrain=None))
-    body, fastest = simulation.solver.movers["rigid"].bodies[0], 0.0
+    body, fastest = simulation.solver.adapters["rigid_bodies"].world.bodies[0], 0.0
     before = simulation.energies()["kinetic_energy"]
     while simulation.time < 0.2:
         simulation.step()
@@ -77,7 +77,7 @@ def test_a_body_of_the_mass_of_snow_takes_up_its_speed():
 
 def test_a_body_is_held_until_its_start():
     simulation = Simulation(scene({"free": {"density": 400.0, "start": 0.1}}))
-    crate = simulation.solver.movers["rigid"].bodies[0]
+    crate = simulation.solver.adapters["rigid_bodies"].world.bodies[0]
     while simulation.time < 0.08:
         simulation.step()
     assert np.allclose(crate.motion.centre, [0.65, 0.2], rtol=0.0, atol=1e-15)
@@ -87,7 +87,7 @@ def test_a_body_is_held_until_its_start():
 def test_a_body_that_leaves_the_domain_is_let_go():
     simulation = Simulation(scene({"free": {"mass": 50.0, "velocity": [40.0, 0.0]}}, domain={
         "min": [-1.0, -0.5], "max": [1.2, 2.0]}))
-    crate = simulation.solver.movers["rigid"].bodies[0]
+    crate = simulation.solver.adapters["rigid_bodies"].world.bodies[0]
     for _ in range(60):
         simulation.step()
     assert crate.gone and not crate.motion.velocity.any() and crate.motion.centre[0] > 1.2

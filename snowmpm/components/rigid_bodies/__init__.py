@@ -1,0 +1,1 @@
+"""Rigid bodies with mass, which snow, weight and contact move."""

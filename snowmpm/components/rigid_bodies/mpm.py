@@ -1,0 +1,5 @@
+"""Bodies in explicit MPM."""
+
+from snowmpm.components.rigid_bodies.acting import adapter
+
+__all__ = ["adapter"]

@@ -1,1 +1,0 @@
-"""Free rigid bodies: obstacles that snow, weight and contact move."""
