@@ -9,9 +9,11 @@ Product: snowmpm, materials, scenes, render. Nothing is imported; the sources ar
 
 import argparse
 import ast
+import io
 import re
 import subprocess
 import sys
+import tokenize
 from collections import Counter
 from pathlib import Path
 
@@ -24,7 +26,6 @@ TYPED = ("mpm", "sph", "depth", "implicit", "stepping", "particles", "components
 FEATURES = {
     "pore water": r"pore_water|PoreWater|fill_pores", "two velocities": r"two_velocities|TwoVelocities",
     "flow water": r"flow_water|FlowWater",
-    "structures": r"\brods\b|Rods\b|structures\b", "preCICE": r"precice",
     "forcing and damping": r"\bForcing\b|Damping\b",
     "entrainment": r"entrain", "forest and deposition": r"\bforest|deposition",
 }
@@ -41,10 +42,22 @@ def sources():
 
 
 def names():
-    """Names of the components."""
+    """{component: those that it builds on}."""
     tree = ast.parse((ROOT / "snowmpm" / "components" / "__init__.py").read_text(encoding="utf-8"))
     return next(ast.literal_eval(node.value) for node in tree.body
                 if isinstance(node, ast.Assign) and node.targets[0].id == "NAMES")
+
+
+def named_in(text, component):
+    """Names and strings of a module's code that are the name of a component, or a path that begins with it."""
+    found = []
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        words = token.string.strip("\"'")
+        whole = token.type in (tokenize.NAME, tokenize.STRING) and words == component
+        path = token.type == tokenize.STRING and re.search(rf"(^|[.:]){component}[.:][a-z0-9]", words)
+        if whole or path:
+            found.append(token.start[0])
+    return found
 
 
 def statements(tree):
@@ -96,9 +109,12 @@ def main():
             ("getattr, hasattr", sum(reads.values()), "40"),
             (f"functions of more than {MOST_ARGUMENTS} arguments", len(wide), "formulas and measured kernels"),
             *([("errors of mypy --check-untyped-defs", untyped_errors(), "0")] if asked.types else [])]
-    for name in names():
+    components = names()
+    for name in components:
         own = f"snowmpm/components/{name}/"
-        outside = [path for path, text in texts.items() if name in text and not path.startswith(own)]
+        above = {f"snowmpm/components/{other}/" for other, needed in components.items() if name in needed}
+        outside = [path for path, text in texts.items()
+                   if name in text and not path.startswith((own, *above)) and named_in(text, name)]
         rows.append((f"files that name {name}, a component", len(outside), "1"))
     for name, pattern in FEATURES.items():
         known = [path for path, text in texts.items() if re.search(pattern, text)]

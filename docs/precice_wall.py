@@ -9,8 +9,8 @@ import sys
 
 import numpy as np
 
-from snowmpm.structures.rod import Rod
-from snowmpm.structures.section import Section
+from snowmpm.components.structures.rod import Rod
+from snowmpm.components.structures.section import Section
 
 
 class Wall:

@@ -7,6 +7,8 @@ keeps its defaults.
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from snowmpm import components
+
 if TYPE_CHECKING:
     from snowmpm.scenes.schema import Scene
 
@@ -54,7 +56,7 @@ def _columns_of_grains(scene):
     """Whether all bodies are columns of dry grains that stand free on level ground."""
     laws = [scene.materials[body.material] for body in scene.bodies]
     level = scene.terrain is None or (scene.terrain.kind == "plane" and scene.terrain.angle == 0.0)
-    return (level and not scene.obstacles and not scene.structures and all(
+    return (level and not scene.obstacles and not any(component.solid for component in components.used(scene)) and all(
         law.kind in GRAINS and getattr(law, "cohesion", 0.0) == 0.0 for law in laws)
         and all(_has_room(scene, body.shape) for body in scene.bodies))
 

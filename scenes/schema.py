@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr, model_validator
 from pydantic.functional_validators import ModelWrapValidatorHandler  # from 2.10 on also in pydantic itself
 
+from snowmpm import components
 from snowmpm.errors import did_you_mean
 from snowmpm.glance import Glance
 from snowmpm.materials import Material
@@ -14,7 +15,6 @@ from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.choices import Choice, choices
 from snowmpm.scenes.events import AnyEvent
 from snowmpm.scenes.forces import AnyForce, Damping
-from snowmpm.scenes.frameworks import AnyStructure, Framework
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.picture import Picture
@@ -90,8 +90,6 @@ class Scene(Glance, Spec):
     bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
-    structures: Annotated[tuple[AnyStructure, ...], Field(max_length=16)] = ()
-    """masts, posts and walls that bend, frameworks of members, and what another program computes"""
     events: tuple[AnyEvent, ...] = ()
     forces: Annotated[tuple[AnyForce, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
@@ -183,9 +181,14 @@ class Scene(Glance, Spec):
 
     def to_toml(self) -> str:
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
-        # As written before there were switches, zones and structures
-        unused = [key for key in ("switch", "zone", "structures") if not getattr(self, key)]
+        # As written before there were switches, zones and tables of components
+        added = [key for key in type(self).model_fields if key not in OWN_KEYS]
+        unused = [key for key in ("switch", "zone", *added) if not getattr(self, key)]
         return to_toml(self, leave_out=(*(MADE if self.saw_test else ()), *unused))
+
+
+OWN_KEYS = frozenset(Scene.model_fields)
+components.open_table("scene", Scene)
 
 
 def _with_choices(scene):
@@ -226,20 +229,12 @@ def _with_saw_test(data, dim):
 
 def _check_references(scene):
     """Check that referenced names exist, and that names of bodies and obstacles are unique."""
-    for table in ("bodies", "obstacles", "structures"):
+    for table in ("bodies", "obstacles"):
         seen = set()
-        if table == "structures":  # their segments are obstacles
-            seen = {item.name.rstrip("0123456789").rstrip("_") for item in scene.obstacles}
         for i, item in enumerate(getattr(scene, table)):
             if item.name in seen:
                 raise refuse(f"there is another of this name among the {table}", f"{table}.{i}.name", item.name)
             seen.add(item.name)
-    for i, item in enumerate(scene.structures):
-        if isinstance(item, Framework):  # its numbers and segments have names of its own
-            for other in (*scene.obstacles, *scene.structures):
-                if other.name.startswith(f"{item.name}_"):
-                    raise refuse(f"must not be how the name of another begins: {other.name}", f"structures.{i}.name",
-                                 item.name)
     for i, body in enumerate(scene.bodies):
         if body.material not in scene.materials:
             key = f"bodies.{i}.material" if not scene.saw_test else "saw_test"

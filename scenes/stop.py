@@ -1,7 +1,6 @@
 """Criterion for a run to end before its end_time."""
 
 from snowmpm import components
-from snowmpm.scenes.external import External
 from snowmpm.scenes.spec import Fraction, Positive, Spec
 
 
@@ -27,7 +26,6 @@ def ends_at_rest(scene):
         return scene.stop.at_rest
     if scene.terrain is None or scene.saw_test or scene.reference or any(
             item.motion for item in scene.obstacles) or any(
-            component.moves_on for component in components.used(scene)) or any(
-            isinstance(item, External) for item in scene.structures):
+            component.moves_on for component in components.used(scene)):
         return False
     return scene.terrain.kind in ("dem", "mesh") or (scene.terrain.kind == "profile" and not scene.events)

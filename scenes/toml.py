@@ -10,7 +10,7 @@ from snowmpm.reading.toml_text import TOMLDecodeError, tables
 MAX_BYTES = 4 << 20  # a scene is written by hand; a larger file is something else
 
 # Tables that read best on one line; every other table gets a header.
-INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base", "within", "precice"}
+INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base", "within"}
 
 
 def parse(path):

@@ -40,10 +40,6 @@ class Capabilities:
     """bodies that lie still until their start_time"""
     obstacles: bool = True
     moving_obstacles: bool = True
-    structures: bool = False
-    """masts that bend (`snowmpm.structures`)"""
-    strong_coupling: bool = False
-    """masts that answer within the step (`snowmpm.structures.quasi_newton`)"""
     contacts: tuple[str, ...] = ("stick", "slip", "separate")
     """values of terrain.contact"""
     sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
@@ -137,12 +133,11 @@ class MethodEntry:
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         receives=True, averaged_hats=True, water=True, two_velocities=True,
-        saw_test=True, grid=True, presets=True, structures=True,
-        strong_coupling=True,
+        saw_test=True, grid=True, presets=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
-        filling=1, rows_of_jump=2, structures=True, seepage=True), options="sph",
+        filling=1, rows_of_jump=2, seepage=True), options="sph",
         seeping="snowmpm.seepage.solver:SeepageSolver.of"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,

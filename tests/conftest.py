@@ -16,7 +16,7 @@ TOGETHER = {
     "mpm": ("tests/mpm/", "tests/verification/test_free_flight", "tests/verification/test_periodic_waves",
             "tests/verification/test_waves"),
     "sph": ("tests/sph/", "tests/verification/test_sph_"),
-    "structures": ("tests/structures/",),
+    "structures": ("tests/components/structures/", "tests/components/precice/"),
 }
 """Tests that one worker runs, since they share compiled kernels or a cluster; of all others, those of a file."""
 

@@ -88,8 +88,7 @@ def more_accurate(scene, budget=None):
 def _refusal(scene, move):
     """Why a scene is refused after a move, or None. Asked only of scenes with bodies or structures that move with the
     snow: how light they may be goes with the grid. It takes as long as the set-up of the moved scene."""
-    if move.coarser == 1.0 or not (
-            scene.structures or any(component.motion for component in components.used(scene))):
+    if move.coarser == 1.0 or not any(component.solid for component in components.used(scene)):
         return None
     try:
         build(with_overrides(scene, _overrides(scene, move))).solver()

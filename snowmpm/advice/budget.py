@@ -18,7 +18,7 @@ PARALLEL = ("particles", "blocks", "nodes", "contact")
 """Stages of a step that run on several threads."""
 EFFICIENCY = 0.9
 """Of each thread but the first."""
-PYTHON = ("calls", "movers", "output", "start")
+PYTHON = ("calls", "output", "start")
 """Parts whose time scales with the speed of Python rather than that of kernels."""
 
 
@@ -50,8 +50,8 @@ class Budget:
         work = facts.solver.workload
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(facts.model.obstacles),
-                                 scene.initial.stress == "settle" or bool(scene.saw_test), work.segments,
-                                 work.elements, work.substeps, work.unknowns, work.strong, work.components)
+                                 scene.initial.stress == "settle" or bool(scene.saw_test),
+                                 work.components)
         self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
@@ -135,14 +135,11 @@ class Budget:
             rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
         if scheme.water:
             rows.append(("water", "pressure in the pores", stages["water"]))
-        if crowd.segments or crowd.elements:
-            frames = f"{crowd.elements} elements of frameworks, {crowd.substeps + crowd.unknowns} substeps or unknowns"
-            what = [words for n, words in ((crowd.segments, f"{crowd.segments} segments"),
-                                           (crowd.elements, frames)) if n]
-            rows.append(("structures", " and ".join(what), stages["movers"]))
         for name, work in crowd.components.items():
+            if not work:
+                continue
             counts = ", ".join(f"{n} {what}s" for what, n in work.items()
-                               if not what.endswith("step") and not what.startswith("followed"))
+                               if n and what not in costs.ONCE and not what.startswith("followed"))
             shorter = self._shortened.get(name, 1.0)
             rows.append((COMPONENTS[name].words, counts + (
                 f", steps {shorter:.2f} times as long as without" if shorter < 0.995 else ""), stages[name]))

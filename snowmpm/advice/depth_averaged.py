@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
 from snowmpm.scenes.loader import with_overrides
@@ -21,7 +22,8 @@ def thin(facts):
     scene, terrain = facts.scene, facts.scene.terrain
     if facts.dim != 3 or terrain is None or terrain.kind not in ("dem", "mesh") or scene.solver.in_plan:
         return False
-    others = scene.obstacles or scene.structures or scene.events or scene.forces
+    others = scene.obstacles or scene.events or scene.forces or any(
+        component.solid for component in components.used(scene))
     if others or any(body.shape.kind != "layer" for body in scene.bodies):
         return False
     extent = np.ptp(facts.model.population.positions[:, :2], axis=0).min()

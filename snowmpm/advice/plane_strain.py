@@ -20,7 +20,7 @@ def is_plane_strain(facts):
         return False
     if scene.gravity_vector[1] or np.abs(facts.model.population.velocities[:, 1]).max(initial=0.0) > 0.0:
         return False
-    if scene.events or scene.structures or any(component.motion for component in components.used(scene)) or any(
+    if scene.events or any(component.solid for component in components.used(scene)) or any(
             not _drawn_out(obstacle, facts) for obstacle in scene.obstacles):
         return False
     across = facts.model.population.positions[:, 1]

@@ -12,20 +12,24 @@ import numpy as np
 
 from snowmpm.registry import COMPONENTS, resolved
 
-NAMES = (
-    "body_contact",
-    "f_bar",
-    "face_loads",
-    "interface_layer",
-    "nonlocal_averaging",
-    "rigid_bodies",
-)
+NAMES = {
+    "body_contact": (),
+    "f_bar": (),
+    "face_loads": (),
+    "interface_layer": (),
+    "nonlocal_averaging": (),
+    "precice": ("structures",),
+    "rigid_bodies": (),
+    "structures": (),
+}
+"""Each with the components that it builds on."""
 
 
 def declared():
     """All `contract.Component`s, in the order in which they act."""
-    for name in NAMES:
-        importlib.import_module(f"{__name__}.{name}.declare")
+    for name, needed in NAMES.items():
+        if NAMES.keys() >= set(needed):
+            importlib.import_module(f"{__name__}.{name}.declare")
     return sorted(COMPONENTS.values(), key=lambda component: component.order)
 
 
@@ -58,6 +62,29 @@ def motion_of(scene, i):
             make = resolved(component.motion)
             return lambda shape: make(scene, i, shape)
     return None
+
+
+def standing(scene):
+    """{component: what it makes of a scene}, and the `Obstacle`s of all."""
+    made, obstacles = {}, []
+    for component in used(scene):
+        if component.obstacles:
+            made[component.name], own = resolved(component.obstacles)(scene)
+            obstacles += own
+    return made, obstacles
+
+
+def stepping(simulation):
+    """What computes the steps of a simulation in its place; None: it does itself."""
+    found = (component.steps for component in used(simulation.scene) if component.steps)
+    return next((resolved(make)(simulation) for make in found), None)
+
+
+def refuse_resume(scene):
+    """Raise InputError for a run of a scene that cannot be resumed."""
+    for component in used(scene):
+        if component.refuse_resume:
+            component.refuse_resume(scene)
 
 
 def law_of(scene, material):

@@ -19,7 +19,10 @@ class Component:
     lower number act first; owns: what only one component at a time may have; beside: names of what it does not go with
     (`setup.refusals.FEATURES`); refuse: scene -> raises InputError for what cannot be; cautions: module with rules of
     `check`; atlas: module with ATLAS, {group: entries}; fields: scene -> number of the velocity field of each body;
-    motion: "module:name" of (scene, number of an obstacle, `solids.shape.SolidShape`) -> its motion, or None; moves_on:
+    motion: "module:name" of (scene, number of an obstacle, `solids.shape.SolidShape`) -> its motion, or None;
+    obstacles: "module:name" of scene -> what it makes, `setup.model.Model.made[name]`, and the `solids.Obstacle`s of
+    that; steps: "module:name" of simulation -> what computes its steps in its place, by `step(until)`; refuse_resume:
+    scene -> raises InputError for a run that cannot be resumed; moves_on:
     whether something moves on when the snow has come to rest; in_python: whether its cost goes with the speed of Python
     rather than that of kernels.
 
@@ -44,12 +47,20 @@ class Component:
     keys: Mapping[str, Any] = field(default_factory=dict)
     fields: Callable[[Any], Any] | None = None
     motion: str = ""
+    obstacles: str = ""
+    steps: str = ""
+    refuse_resume: Callable[[Any], None] | None = None
     moves_on: bool = False
     in_python: bool = False
     carries: Callable[[Any, Any], bool] = lambda scene, body: False
     law: Callable[[Any, str], Any] = lambda scene, material: None
     seeds: str = ""
     saw: str = ""
+
+    @property
+    def solid(self) -> bool:
+        """Whether it adds obstacles, or moves them."""
+        return bool(self.motion or self.obstacles)
 
     def supports(self, method: str) -> bool:
         """Whether it has an adapter for a method."""

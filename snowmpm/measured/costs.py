@@ -107,6 +107,12 @@ def taken_as(kind):
     return next((own[base] for base in LAWS[kind].__mro__ if base in own), USUAL_LAW)
 
 
+OF_PARTICLES = ("particle", "point", "followed point")
+"""What grows with the number of particles of what components count."""
+ONCE = ("step", "followed step")
+"""What each step has once."""
+
+
 @dataclass(frozen=True)
 class Crowd:
     """What a step has to do with: particles of each law kind, {kind: n}; home blocks of particles; blocks of nodes;
@@ -121,13 +127,6 @@ class Crowd:
     obstacles: int = 0
     rests: bool = False
     """whether it lies at rest until it is triggered: hardly anything of it yields, then or later"""
-    segments: int = 0
-    elements: int = 0
-    substeps: int = 0
-    unknowns: int = 0
-    strong: int = 0
-    """segments of rods; elements of frameworks, the substeps of all of them, unknowns of those that go to
-    rest in each step; segments and elements of structures that answer within the step"""
     components: dict = field(default_factory=dict)
     """of each component, what a step has to do for it (`stepping.component.Adapter.work`)"""
 
@@ -139,24 +138,23 @@ class Crowd:
         """With so many times as many particles and blocks."""
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
-                     self.obstacles, self.rests, self.segments, self.elements, self.substeps, self.unknowns,
-                     self.strong, self._components_of(particles))
+                     self.obstacles, self.rests, self._components_of(particles))
 
     def _components_of(self, particles):
-        return {name: {what: n if what.endswith("step") else particles * n for what, n in work.items()}
+        return {name: {what: particles * n if what in OF_PARTICLES else n for what, n in work.items()}
                 for name, work in self.components.items()}
 
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, structures, components, calls of kernels. Nothing moves far enough to be
-    sorted while an initial state settles, and nothing is followed yet."""
+    water in the pores, components, calls of kernels. Nothing moves far enough to be sorted while an initial state
+    settles, and nothing is followed yet."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
-             "water": pore_water(scheme, crowd.n), "movers": movers(scheme, crowd),
+             "water": pore_water(scheme, crowd.n),
              **{name: component(scheme, name, work, settling) for name, work in crowd.components.items()},
              "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
@@ -186,13 +184,6 @@ def pore_water(scheme, n):
         return 0.0
     particle, fixed = (row(what, scheme.dimension, scheme.precision, scheme.water) for what in ("water", "water call"))
     return n * scheme.layers * particle + fixed
-
-
-def movers(scheme, crowd):
-    """ns of a step that structures take, beside their contact with snow as moving obstacles."""
-    counts = {"segment": crowd.segments, "element": crowd.elements, "substep": crowd.substeps,
-              "unknown": crowd.unknowns, "strong": crowd.strong}
-    return sum(n * _of(scheme, "mover", name) for name, n in counts.items() if n)
 
 
 def component(scheme, name, work, settling=False):

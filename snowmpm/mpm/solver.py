@@ -7,7 +7,6 @@ import numpy as np
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.mpm.boundary import Boundary
-from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -83,7 +82,7 @@ class MpmSolver(Solver):
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, joins=not (fields or period.any()),
                              adapters=self.adapters)
         self._bind_kernels()
-        self._reports = self._impulses = self._answered = None
+        self._reports = self._impulses = None
         self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
         if phases:
@@ -152,20 +151,11 @@ class MpmSolver(Solver):
 
             if self._phases:
                 grid.fields.begin(dt, pushed, self.gravity, held=self.damping_factor < 1.0)
-            self.meet_surfaces(dt)
+            if not any([act(dt) for act in self.adapters.meet_surfaces]):
+                grid.apply_contact(self.dx)
             if self._phases:
                 self._phases.find_flow(self, to_tiles)
             to_tiles()
-
-    def meet_surfaces(self, dt):
-        """Contact of the nodes; of structures that answer within the step with the velocity that they then have."""
-        rods = self.movers.get("structures")
-        if not (rods and rods.strong) or self.damping_factor < 1.0:
-            self.grid.apply_contact(self.dx)
-            return
-        if self._answered is None:
-            self._answered = StrongContact(self, rods)
-        self._answered.apply(dt)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
@@ -297,7 +287,7 @@ class MpmSolver(Solver):
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
                         sum(bool(obstacle.moving) for obstacle in self.obstacles), self.serial,
                         components=self.components_work,
-                        shortened=self.adapters.shortened(alone, self.critical_cfl, elastic), **self.moved)
+                        shortened=self.adapters.shortened(alone, self.critical_cfl, elastic))
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

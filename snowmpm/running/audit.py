@@ -183,8 +183,6 @@ class Audit:
         elif solver.particles.sizes.get("water"):  # a fixed share of each column, which has no balance of its own
             row["water_mass"] = float(fields["volume"] @ fields.water()[:, 0])
             row["removed_water"] = removed["water"]
-        for mover in solver.movers.values():
-            row.update(mover.row(solver.gravity))
         for adapter in solver.adapters:
             row.update(adapter.row())
         given = row["force_work"] + row.get("water_work", 0.0)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from snowmpm import overwriting
+from snowmpm import components, overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, SimulationError, WriteError
 from snowmpm.io import FolderLock, Run, checkpoint, layout
@@ -21,7 +21,6 @@ from snowmpm.running.recorder import Recorder
 from snowmpm.running.rest import StopAtRest
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
-from snowmpm.setup.external import refuse_resume
 from snowmpm.setup.taken_state import KEPT
 from snowmpm.stages import stage
 
@@ -152,7 +151,7 @@ def _hardly_begun(folder):
 
 
 def _saved(folder, scene, accept_plugin):
-    refuse_resume(scene)
+    components.refuse_resume(scene)
     saved = checkpoint.read(folder / checkpoint.FILE)
     checkpoint.check(saved, scene, accept_plugin)
     _require_own_scene(folder / SCENE, saved["scene"])

@@ -166,8 +166,6 @@ class Recorder:
         self.last = {**simulation.audit(particles), **self._loads.means()}
         counts = {f"steps_{cause}": self._causes.get(cause, 0) for cause in dict.fromkeys([*CAUSES, *self._causes])}
         units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
-        for mover in simulation.solver.movers.values():
-            units.update(mover.units())
         for adapter in simulation.solver.adapters:
             units.update(adapter.units())
         time, row = simulation.time, {**self.last, **counts}

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from snowmpm import components
 from snowmpm.annotations import Floats, PathLike
 from snowmpm.compiler import lifetime
 from snowmpm.compiler.lifetime import in_turn
@@ -22,7 +23,6 @@ from snowmpm.particles.fields import ParticleFields
 from snowmpm.quantities.motion import Motion
 from snowmpm.reading.named_files import noting
 from snowmpm.running.audit import Audit
-from snowmpm.running.coupling import Coupling
 from snowmpm.running.events import make_events
 from snowmpm.running.failure import diagnose
 from snowmpm.running.relay import HandOver, Relay
@@ -30,7 +30,6 @@ from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
-from snowmpm.setup.external import exchange, path_of
 from snowmpm.setup.input_files import digests
 from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
@@ -97,8 +96,7 @@ class Simulation(Glance):
         self._first_dt: float | None = None
         self.settling_steps = 0
         check_step(scene, self.solver)
-        other = exchange(self.model)
-        self._coupling = Coupling(self, other, path_of(scene)) if other else None
+        self._stepping = components.stepping(self)
         if approve:
             approve(self)
         if resumed is None:
@@ -162,15 +160,14 @@ class Simulation(Glance):
     def step(self, until: float | None = None) -> None:
         """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s].
 
-        Beside another program they land on the ends of its time windows too, and where windows are repeated a step is
-        a window (`running.coupling`)."""
-        if self._coupling:
-            self._coupling.step(until)
+        A component may compute the steps in its own time windows (`components.contract.Component.steps`)."""
+        if self._stepping:
+            self._stepping.step(until)
         else:
             self.advance(until)
 
     def advance(self, until: float | None = None) -> None:
-        """`step` without regard to another program."""
+        """`step` without regard to such windows."""
         for event in self.events:
             if not event.done:
                 event.apply(self)

@@ -15,7 +15,6 @@ from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
 from snowmpm.setup.obstacle_reach import refuse_unreachable
 from snowmpm.setup.pore_water import pore_water, water_columns
 from snowmpm.setup.refusals import refuse_beyond
-from snowmpm.setup.standing import standing
 from snowmpm.setup.taken_state import TakenState, take
 from snowmpm.setup.two_velocities import first_columns, has_own_water, soaked
 from snowmpm.solids import Obstacle, inside_any
@@ -34,7 +33,7 @@ def build(scene, kept=None):
     runtime.start()
     with stage("reading the terrain"):
         surface = _surface(scene)
-    made, segments = standing(scene)
+    made, segments = components.standing(scene)
     obstacles = [*_obstacles(scene), *segments]
     taken = None
     if scene.initial.from_run is not None:

@@ -26,7 +26,6 @@ from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.pore_water import pore_water
-from snowmpm.setup.standing import rods
 from snowmpm.setup.two_velocities import has_own_water, two_velocities
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -43,8 +42,8 @@ class Model:
     laws: by material index; body_starts: first particle number of each body; direction: unit vector in plan along
     which the front is measured (the mean dip under the snow, +x on the flat); obstacles: `solids.Obstacle`s.
     shares: of each body by name, the share of its volume that symmetric sides of the domain left. taken:
-    `TakenState`, None for a scene that starts from no other run. rods: `structures.rod.Rod` of each structure, whose
-    segments are the last obstacles.
+    `TakenState`, None for a scene that starts from no other run. made: what components made whose parts are the last
+    obstacles (`components.contract.Component.obstacles`).
     """
 
     scene: object
@@ -56,7 +55,7 @@ class Model:
     obstacles: list
     shares: dict = field(default_factory=dict)
     taken: object = None
-    rods: list = field(default_factory=list)
+    made: dict = field(default_factory=dict)
     expected: int = 0
     """particles to come, of a method that receives them while the scene runs"""
 
@@ -210,8 +209,6 @@ class Model:
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
-        if self.scene.structures:
-            solver.move("structures", rods(self))
         if self.scene.water and self.scene.water.scheme == "u_p":
             solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
         return solver

@@ -75,7 +75,7 @@ def _all_doubts(model):
 
 def key_of(model, i):
     """Where obstacle i of a `Model` stands in its scene, in words."""
-    table = f"obstacles.{i}" if i < len(model.scene.obstacles) else "structures"
+    table = f"obstacles.{i}" if i < len(model.scene.obstacles) else next(iter(model.made))
     return f"{table} ({model.obstacles[i].name})"
 
 

@@ -43,11 +43,6 @@ def demands(scene, later=False):
     for i, obstacle in enumerate(scene.obstacles):
         if obstacle.motion:
             yield "moving_obstacles", True, f"obstacles.{i}.motion", "a table"
-    if scene.structures:
-        yield "structures", True, "structures.0.name", scene.structures[0].name
-    for i, structure in enumerate(scene.structures):
-        if structure.coupling == "strong":
-            yield "strong_coupling", True, f"structures.{i}.coupling", structure.coupling
     for i, body in enumerate(scene.bodies):
         if body.start_time > 0.0:
             yield "delays", True, f"bodies.{i}.start_time", body.start_time
@@ -121,7 +116,6 @@ def refuse_beyond(scene):
         _refuse_zone(scene)
     if scene.water:
         refuse_beside_water(scene)
-    _refuse_free(scene)
     _refuse_uncomputed(scene)
     _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
@@ -158,15 +152,6 @@ def _refuse_zone(scene):
                 require(part, capability, key, value, wanted)
             except InputError as error:
                 raise InputError(f"{error}; zone computes with it") from None
-
-
-def _refuse_free(scene):
-    """Raise InputError for structures beside what does not know them."""
-    free = [(f"structures.{i}.name", structure.name) for i, structure in enumerate(scene.structures)]
-    if free and scene.switch:
-        raise InputError.at(*free[0], "does not go with switch: no hand-over keeps it", scene.source)
-    if free and scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
-        raise InputError.at(*free[0], "does not go with periodic sides of the domain", scene.source)
 
 
 def _refuse_uncomputed(scene):

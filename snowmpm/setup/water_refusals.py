@@ -75,9 +75,6 @@ def _refuse_beside_two_velocities(scene):
         if event.kind in ("drainage", "load"):
             raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "u_p"',
                                 scene.source)
-    if scene.structures:
-        raise InputError.at("structures.0.name", scene.structures[0].name, 'does not go with water.scheme = "v_w"',
-                            scene.source)
     # Laws take their stress from all particles of a column; the grains' own is known where they touch a surface only
     rubbing = [("terrain", terrain)] if terrain else []
     rubbing += [(f"obstacles.{i}", obstacle) for i, obstacle in enumerate(scene.obstacles)]
@@ -106,8 +103,7 @@ def _refuse_beside_seepage(scene):
              "obstacles.0.name": scene.obstacles and scene.obstacles[0].name,
              "forces.0.kind": scene.forces and scene.forces[0].kind,
              "gravity": "a table" if isinstance(scene.gravity, Gravity) else None,
-             "damping.coefficient": scene.damping and scene.damping.coefficient,
-             "structures.0.name": scene.structures and scene.structures[0].name}
+             "damping.coefficient": scene.damping and scene.damping.coefficient}
     for key, value in found.items():
         if value:
             raise InputError.at(key, value, 'does not go with water.scheme = "seepage": sides of the domain hold it,'

@@ -261,8 +261,7 @@ class SphSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces), components=self.components_work,
-                        **self.moved)
+        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces), components=self.components_work)
 
     @property
     def memory(self):

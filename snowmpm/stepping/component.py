@@ -43,6 +43,10 @@ class Adapter:
     def strain(self, mesh: Any, matter: Any) -> Any:
         """Of steps that are solved for: `implicit.balance.Strain`, what laws see of the deformation of the nodes."""
 
+    def meet_surfaces(self, dt: float) -> bool:
+        """Let bodies and surfaces act on the nodes in place of the solver; -> whether it did."""
+        return False
+
     def before_ground(self, grid: Any) -> None:
         """Ground and sides meet the nodes next; bodies have met each other, obstacles have not."""
 
@@ -102,8 +106,8 @@ class Adapter:
         """Take over what `state()` gave."""
 
 
-HOOKS = ("field_pairs", "before_scatter", "after_scatter", "terms", "strain", "before_ground", "after_ground",
-         "before_gather", "after_gather", "end_step", "limit_dt")
+HOOKS = ("field_pairs", "before_scatter", "after_scatter", "terms", "strain", "meet_surfaces", "before_ground",
+         "after_ground", "before_gather", "after_gather", "end_step", "limit_dt")
 
 
 class Adapters:
@@ -115,6 +119,7 @@ class Adapters:
     after_scatter: list[Callable[..., None]]
     terms: list[Callable[..., Any]]
     strain: list[Callable[..., Any]]
+    meet_surfaces: list[Callable[..., bool]]
     before_ground: list[Callable[..., None]]
     after_ground: list[Callable[..., None]]
     before_gather: list[Callable[..., None]]

@@ -8,7 +8,6 @@ all is a row of `snowmpm.methods.METHODS`.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,8 +63,6 @@ class Workload:
 
     blocks: owner blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface;
     surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all;
-    segments: of rods; elements: of frameworks, substeps: that all of them take in a step, and unknowns: of frameworks
-    that go to rest in each; strong: segments and elements of structures that answer within the step;
     components: what a step has to do for each (`component.Adapter.work`), by its name; shortened: the step with each
     that limits it over that without.
     """
@@ -76,11 +73,6 @@ class Workload:
     surfaces: int = 0
     moving: int = 0
     serial: bool = False
-    segments: int = 0
-    elements: int = 0
-    substeps: int = 0
-    unknowns: int = 0
-    strong: int = 0
     components: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shortened: Mapping[str, float] = field(default_factory=dict)
 
@@ -107,8 +99,6 @@ class Method(ABC):
     """of the components at work"""
     water: Any = None
     """`water.pore_water.PoreWater` in the particles, or None"""
-    movers: Mapping[str, Any] = MappingProxyType({})
-    """what moves obstacles by the forces on them, by name: "structures" (`structures.rods.Rods`)"""
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -186,10 +176,6 @@ class Method(ABC):
         """Let the water of the particles' column "water" flow and press from now on: a `water.pore_water.PoreWater`;
         shorten: by steps as short as it asks for."""
         raise NotImplementedError(f"{type(self).__name__} holds no water")
-
-    def move(self, name: str, mover: Any) -> None:
-        """Let what moves obstacles act from now on (`movers`)."""
-        raise NotImplementedError(f"{type(self).__name__} has no {name}")
 
     # ---- settling ---------------------------------------------------------------------------------------------
 

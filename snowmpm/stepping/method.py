@@ -54,7 +54,6 @@ class Solver(Method):
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = self.water = None
-        self.movers = {}
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])
 
@@ -74,21 +73,10 @@ class Solver(Method):
             self.breaking_cfl = min(self.breaking_cfl, self.cfl)
         water.begin(self)
 
-    def move(self, name, mover):
-        """Let what moves obstacles act from now on: structures (`structures.rods.Rods`)."""
-        self.movers[name] = mover
-        mover.begin()
-
     @property
     def components_work(self):
         """What a step has to do for the components, for `stepping.contract.Workload`."""
         return {one.name: one.work() for one in self.adapters}
-
-    @property
-    def moved(self):
-        """What moves obstacles, for `stepping.contract.Workload`."""
-        rods = self.movers.get("structures")
-        return rods.workload(self.expected_dt()[0]) if rods else {}
 
     def set_gravity(self, gravity):
         """Gravity (dim,) [m/s2] of the steps to come."""
@@ -113,11 +101,6 @@ class Solver(Method):
                 self.water.close(self, dt)
         if self.particles.repeats.any():
             self.momentum_gain += dt * (self.weight_impulse + self.impulse - self.particles.removed["momentum"])
-        # While the snow settles, all that moves in it is held
-        if self.movers and self.damping_factor == 1.0:
-            totals = self.obstacle_totals
-            for mover in self.movers.values():
-                mover.advance(self.time, dt, self.gravity, totals)
         for act in self.adapters.end_step:
             act(dt)
         self.time += dt
@@ -246,8 +229,6 @@ class Solver(Method):
             acting.restart()
         if self.water:
             self.water.begin(self)
-        for mover in self.movers.values():
-            mover.begin()
 
     def state(self):
         """Particles, blocks, clock and totals by name; a method adds its own."""
@@ -259,7 +240,6 @@ class Solver(Method):
             "forcing": self.forcing.state() if self.forcing else {},
             **({"components": self.adapters.state()} if self.adapters else {}),
             **({"water": self.water.state()} if self.water else {}),
-            **({"movers": {name: mover.state() for name, mover in self.movers.items()}} if self.movers else {}),
         }
 
     def restore(self, state):
@@ -281,5 +261,3 @@ class Solver(Method):
             self.adapters.restore(state["components"])
         if self.water:
             self.water.restore(state["water"], self)
-        for name, mover in self.movers.items():
-            mover.restore(state["movers"][name])

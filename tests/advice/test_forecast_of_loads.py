@@ -42,9 +42,10 @@ def test_check_tells_of_points_and_elements():
     found = row(budget, "loads on surfaces")
     assert found.seconds > 0.0 and found.detail == f"{5 * 16 * 16} points"  # all sides but the one on the ground
     told = row(budget, "structures")
-    assert told.seconds > 0.0 and told.detail.startswith("9 elements of frameworks, ")
+    assert told.seconds > 0.0 and told.detail.startswith("9 elements, ")
     _, rests = of_block(3, 8, structures=[FENCE | {"response": "static", "coupling": "one_way"}])
-    assert rests.facts.solver.workload.unknowns == 6 * 8 and rests.facts.solver.workload.substeps == 0
+    work = rests.facts.solver.workload.components["structures"]
+    assert work["unknown"] == 6 * 8 and work["substep"] == 0
     assert row(rests, "structures").seconds > told.seconds
     assert row(rests, "loads on surfaces") is None and "face_loads" not in rests.stages()
     _, plain = of_block(3, 8)

@@ -17,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.support.column_against_wall import measure
+from tests.components.structures.column_against_wall import measure
 
 COLUMNS = ("coupling", "dx", "particles", "steps", "first_peak", "late", "half_range", "period", "gap", "upper_left",
            "unsettled", "seconds")

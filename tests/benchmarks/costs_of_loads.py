@@ -84,7 +84,8 @@ def frameworks():
     factors = nnls(np.array(rows) / np.array(spent)[:, None], np.ones(len(spent)))[0]
     for dim in (2, 3):
         for name, ns in zip(("element", "substep", "unknown"), factors, strict=False):
-            yield "mover", dim, "f32", name, ns
+            for method in ("mpm", "sph"):
+                yield f"{method} structures", dim, "f32", name, ns
 
 
 def _step_of_fence(elements, keys):

@@ -51,7 +51,7 @@ def in_scenes():
     del found["call"]
     carried = {dim: found.pop(("carried", dim)) for dim in (2, 3)}
     found |= fitted(runs, lambda run: run.ns("contact"), {
-        "surface": lambda run: run.crowd.surfaces, "strong": lambda run: run.crowd.strong,
+        "surface": lambda run: run.crowd.surfaces, "strong": lambda run: pieces(run.crowd, "strong segment"),
         **{("moving", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.moving for dim in (2, 3)},
         **{("contact block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.contact_blocks
            for dim in (2, 3)}})
@@ -60,7 +60,7 @@ def in_scenes():
     found |= fitted(runs, lambda run: run.ns("rest"), {
         "call": lambda run: 1.0, "watched": lambda run: run.watched,
         "free": lambda run: (run.dim == 2) * bodies(run.crowd),
-        "segment": lambda run: run.crowd.segments + run.crowd.elements})
+        "segment": lambda run: pieces(run.crowd, "segment", "element")})
     del found["call"]
     calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
     for dim in (2, 3):
@@ -69,9 +69,9 @@ def in_scenes():
                 yield what, dim, "f32", name, ns
         for method in ("mpm", "sph"):
             yield f"{method} rigid_bodies", dim, "f32", "body", found["free"] * (1.0 if dim == 2 else stacks())
-        yield "mover", dim, "f32", "segment", found["segment"]
-        if any(run.crowd.strong for run in runs):
-            yield "mover", dim, "f32", "strong", found["strong"]
+            yield f"{method} structures", dim, "f32", "segment", found["segment"]
+            if any(pieces(run.crowd, "strong segment") for run in runs):
+                yield f"{method} structures", dim, "f32", "strong segment", found["strong"]
         for what in ("surface", "watched"):
             yield what, dim, "f32", "", found[what]
         yield "more", dim, "f32", "flip", found["more", dim, "aflip"]
@@ -116,7 +116,7 @@ class Run:
                 + self.flip * found["more", dim, "aflip"] * crowd.n + found["node block", dim, flip] * crowd.node_blocks
                 + found["contact block", dim, ""] * crowd.contact_blocks + found["surface"] * crowd.surfaces
                 + found["moving", dim, ""] * crowd.moving + found["watched"] * self.watched + self.ns("sort")
-                + found["free"] * bodies(crowd) * (dim == 2) + found["segment"] * (crowd.segments + crowd.elements))
+                + found["free"] * bodies(crowd) * (dim == 2) + found["segment"] * pieces(crowd, "segment", "element"))
 
     def ns(self, *stages, a="steps"):
         """Of some stages a step, or `a` frame."""
@@ -126,6 +126,12 @@ class Run:
 def bodies(crowd):
     """Rigid bodies with mass of a scene."""
     return crowd.components.get("rigid_bodies", {}).get("body", 0)
+
+
+def pieces(crowd, *names):
+    """Pieces of structures of a scene, of these kinds together."""
+    work = crowd.components.get("structures", {})
+    return sum(work.get(name, 0) for name in names)
 
 
 def stacks():

@@ -69,36 +69,6 @@ def _on_hats(method):
                            {"name": "wall", "shape": {"kind": "box", "min": lower, "max": upper}}])
 
 
-def _against_mast(method):
-    dim = given.least_dimension(method)
-    foot, top = given.point(dim, given.SIDE + 0.14, -0.4, 0.2), given.point(dim, given.SIDE + 0.14, 0.8, 0.2)
-    return _with_block(method, (8.0, 0.0), structures=[
-        {"name": "mast", "foot": foot, "top": top, "width": 0.2, "youngs_modulus": 1e7, "density": 1000.0}])
-
-
-def _bends_it(simulation):
-    steps(simulation, 30)
-    row = simulation.audit()
-    # Struck below its middle: it bends, and its top lags behind
-    assert row["mast_largest_moment"] > 1.0 and row["structure_energy"] > 0.1
-    assert row["momentum_residual"] < 1e-11 and row["structure_momentum_residual"] < 1e-9
-
-
-def _against_light_mast(method):
-    dim = given.least_dimension(method)
-    foot, top = given.point(dim, given.SIDE + 0.14, -0.4, 0.2), given.point(dim, given.SIDE + 0.14, 0.8, 0.2)
-    return _with_block(method, (8.0, 0.0), structures=[
-        {"name": "mast", "foot": foot, "top": top, "width": 0.2, "youngs_modulus": 1e7, "density": 50.0,
-         "coupling": "strong"}])
-
-
-def _gives_way(simulation):
-    steps(simulation, 30)
-    row = simulation.audit()
-    assert row["mast_top_x"] != 0.0 and row["structure_rounds"] > 0 == row["structure_unsettled"]
-    assert row["momentum_residual"] < 1e-11 and row["structure_momentum_residual"] < 1e-9
-
-
 def _around(method):
     dim = given.least_dimension(method)
     domain = {"min": given.point(dim, -0.8, -2.0, -2.0), "max": given.point(dim, 0.8, 2.0, 2.0),
@@ -262,8 +232,6 @@ def _changes_something(change):
 CAPABILITIES = {
     "terrain": Asked(_on_ground, _carried),
     "obstacles": Asked(_against_wall, _stopped),
-    "structures": Asked(_against_mast, _bends_it),
-    "strong_coupling": Asked(_against_light_mast, _gives_way),
     "periodic": Asked(_around, _came_back),
     "initial_stress": Asked(_stressed("geostatic"), _bears_its_weight),
     "settling": Asked(_stressed("settle"), _bears_its_weight),

@@ -16,7 +16,6 @@ from snowmpm.advice.cautions import (  # noqa: F401
     soaked,
     sph_sums,
     standing,
-    standing_things,
     time_steps,
     transfers,
     weak_layers,

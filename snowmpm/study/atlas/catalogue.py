@@ -7,7 +7,6 @@ from snowmpm.study.atlas import (
     bending,
     columns_in_plan,
     contacts,
-    frameworks,
     granular,
     layers,
     round_off,
@@ -15,7 +14,6 @@ from snowmpm.study.atlas import (
     soaked,
     softening,
     sph_lattices,
-    standing,
     stretching,
     time_steps,
     transfers,
@@ -27,7 +25,7 @@ GROUPS = {
     "large deformation": (*stretching.ENTRIES, *bending.ENTRIES),
     "materials and layers": (*layers.ENTRIES, *granular.ENTRIES, *softening.ENTRIES),
     "contact": contacts.ENTRIES,
-    "bodies and structures": (*standing.ENTRIES, *frameworks.ENTRIES),
+    "bodies and structures": (),
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
     "depth-averaged flow": columns_in_plan.ENTRIES,
@@ -36,5 +34,6 @@ GROUPS = {
 for component in components.declared():
     if component.atlas:
         for group, entries in importlib.import_module(component.atlas).ATLAS.items():
-            GROUPS[group] = (*GROUPS[group], *entries)
+            GROUPS[group] = (*GROUPS.get(group, ()), *entries)
+GROUPS = {group: entries for group, entries in GROUPS.items() if entries}
 ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}

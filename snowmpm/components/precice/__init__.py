@@ -1,0 +1,1 @@
+"""Structures that another program computes, coupled by preCICE."""

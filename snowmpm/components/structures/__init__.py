@@ -1,0 +1,1 @@
+"""Masts and frameworks that bend in the snow."""

@@ -1,1 +1,0 @@
-"""Elastic structures in the snow: masts and posts that bend, yield and break."""
