@@ -27,7 +27,6 @@ FEATURES = {
     "pore water": r"pore_water|PoreWater|fill_pores", "two velocities": r"two_velocities|TwoVelocities",
     "flow water": r"flow_water|FlowWater",
     "forcing and damping": r"\bForcing\b|Damping\b",
-    "entrainment": r"entrain", "forest and deposition": r"\bforest|deposition",
 }
 """Optional physics that is not a component yet, and words that name it."""
 

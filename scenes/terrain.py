@@ -4,9 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm import components
 from snowmpm.scenes.dams import Dam
-from snowmpm.scenes.entrainment import Entrainment
-from snowmpm.scenes.forest import Deposition, Forest
 from snowmpm.scenes.friction import Friction
 from snowmpm.scenes.regions import PlanBox
 from snowmpm.scenes.space import FileName, Pair, Vector, require_dimension, zero_vector
@@ -33,12 +32,6 @@ class Ground(Contacting):
 
     friction: Friction = 0.3
     """Coulomb coefficient of slip and separate [-], or a table with a law of friction"""
-    entrainment: Entrainment | None = None
-    """snow cover that a flow takes up; method = "depth" only"""
-    forest: tuple[Forest, ...] = ()
-    """trees in plan; method = "depth" only"""
-    deposition: Deposition | None = None
-    """what becomes of snow that stops; method = "depth" only"""
 
 
 class Plane(Ground):
@@ -110,4 +103,5 @@ class Dem(Ground):
         return self
 
 
+components.open_table("terrain", Plane, Profile, Mesh, Dem)
 Terrain = Annotated[Plane | Profile | Mesh | Dem, Field(discriminator="kind")]

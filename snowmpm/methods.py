@@ -30,10 +30,6 @@ class Capabilities:
     """tau0 and cohesion of these laws, shear stress of the ground beside the friction"""
     ground_rasters: bool = False
     """rasters as numbers of these laws"""
-    entrainment: bool = False
-    """snow cover that the flow takes up"""
-    deposition: bool = False
-    """forest, and snow that becomes ground where it stops"""
     thickness_rasters: bool = False
     """layers whose thickness is a raster"""
     delays: bool = False
@@ -98,9 +94,7 @@ class MethodEntry:
     dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides and obstacles,
     and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
-    terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`;
-    terrain_forest, plan places (n, 2) [m] -> drag [-] and detrainment [Pa] (n, 2), and terrain_deposition, its time
-    [s], for methods with `deposition`; flow_water, a `water.flow_water.FlowWater`, for methods with `flow_water`.
+    flow_water, a `water.flow_water.FlowWater`, is for methods with `flow_water`.
     terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", for one with a `grid`
     a coefficient or a `stepping.basal_friction.BasalFriction`, else a `ground.friction.GroundFriction`.
     """
@@ -140,8 +134,8 @@ for entry in (
         filling=1, rows_of_jump=2, seepage=True), options="sph",
         seeping="snowmpm.seepage.solver:SeepageSolver.of"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
-        dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
-        deposition=True, thickness_rasters=True, delays=True, flow_water=True,
+        dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True,
+        thickness_rasters=True, delays=True, flow_water=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forces=False, forcing=False,
         plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),

@@ -22,7 +22,7 @@ EXCEPTIONS = {
     "materials/rate_integration.py": (FORMULA, {"integrate"}),
     "materials/packs.py": (LAW, {"update_pack", "_write_result", "update_lane"}),
     "materials/stress_update.py": (LAW, {"update_all", "update_packs"}),
-    "snowmpm/depth/deposit.py": (LATER, {"lay"}),
+    "snowmpm/components/forest_and_deposition/deposit.py": (LATER, {"lay"}),
     "snowmpm/depth/gather.py": (LATER, {"gather"}),
     "snowmpm/depth/nodes.py": (LATER, {"resolve"}),
     "snowmpm/depth/scatter.py": (LATER, {"scatter"}),

@@ -14,8 +14,10 @@ from snowmpm.registry import COMPONENTS, resolved
 
 NAMES = {
     "body_contact": (),
+    "entrainment": (),
     "f_bar": (),
     "face_loads": (),
+    "forest_and_deposition": (),
     "interface_layer": (),
     "nonlocal_averaging": (),
     "precice": ("structures",),
@@ -102,9 +104,10 @@ def seeds(scene, i, surface, material):
 _tables = {}
 
 
-def open_table(name, table):
-    """Let components add keys to a table of a scene (`contract.Component.keys`), by its place: "solver"."""
-    _tables[name] = table
+def open_table(name, *tables):
+    """Let components add keys to a table of a scene (`contract.Component.keys`), by its place, "solver", or to all
+    kinds of tables that may stand there."""
+    _tables[name] = tables
     for component in declared():
         extend(component, name)
 
@@ -114,10 +117,10 @@ def extend(component, *names):
     changed = set()
     for name, keys in component.keys.items():
         if name in (names or component.keys):
-            table = _tables[name]
-            table.model_fields.update(keys.model_fields)
-            table.model_rebuild(force=True)
-            changed.add(table)
+            for table in _tables[name]:
+                table.model_fields.update(keys.model_fields)
+                table.model_rebuild(force=True)
+                changed.add(table)
     return changed
 
 

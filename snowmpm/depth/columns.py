@@ -7,7 +7,6 @@ from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth import pore_pressure
-from snowmpm.depth.deposit import CROWD, EMPTY, ENERGY, MASS, MOMENTUM
 from snowmpm.depth.plan_sums import plan_sums
 from snowmpm.depth.snapshot import REACH, ColumnSnapshot
 from snowmpm.particles.contract import Particles
@@ -62,9 +61,8 @@ class Columns(Particles):
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
                         "laid": 0.0, "momentum": np.zeros(3), "water": 0.0}
         self.sorts = 0
-        self.deposit = None
-        """`depth.deposit.Deposit` of snow that stops, set by the solver"""
-        self.empty = 0
+        self.laid_in_plan = []
+        """Functions of components: (lower, cell, shape) -> volume [m3] that became ground over plan cells, or None"""
 
     def _pores(self, water, cell, material):
         """`PorePressure` at time zero of columns with cells (n, 2) and materials (n,)."""
@@ -187,19 +185,14 @@ class Columns(Particles):
         self.removed["entrained"] += mass
         self.removed["energy"] += height * gravity[2]
 
-    def lay(self, sums):
-        """Count snow that was laid down in a step: `sums` of `Deposit.take`, which has taken it from the columns."""
+    def lay(self, mass, momentum, energy):
+        """Count snow that was laid down in a step, and taken from the columns: mass [kg], momentum (3,) [kg m/s] and
+        energy [J]."""
         self.changed()
-        self.mass -= float(sums[MASS])
-        self.removed["laid"] += float(sums[MASS])
-        self.removed["momentum"] = self.removed["momentum"] + sums[MOMENTUM : MOMENTUM + 3]
-        self.removed["energy"] += float(sums[ENERGY])
-        self.empty = int(sums[EMPTY])
-
-    @property
-    def too_many_empty(self):
-        """Whether the columns that hold next to nothing should go."""
-        return self.empty > CROWD * self.flowing
+        self.mass -= mass
+        self.removed["laid"] += mass
+        self.removed["momentum"] = self.removed["momentum"] + momentum
+        self.removed["energy"] += energy
 
     def _table(self):
         return self.reals.to_numpy()[: self.count]
@@ -261,7 +254,8 @@ class Columns(Particles):
 
     def resting_in_plan(self, lower, cell, shape):
         """Volume of columns that wait, and of what was laid down (`particles.contract.Particles`)."""
-        laid = self.deposit.in_plan(lower, cell, shape) if self.deposit else None
+        parts = [found for of in self.laid_in_plan if (found := of(lower, cell, shape)) is not None]
+        laid = sum(parts[1:], parts[0]) if parts else None
         if self.flowing == self.count:
             return laid
         volume = np.zeros(shape) if laid is None else laid

@@ -28,7 +28,7 @@ from snowmpm.depth.spline import first_derivatives, second_derivatives, weights
 from snowmpm.depth.two_phase import APART, HEAVY, LEAST_SHARE, LIGHT, LOOSE, OWN
 from snowmpm.materials.parameters import named
 
-SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, ENTRAINED, HEIGHT = 0, 1, 2, 3, 4, 6, 7
+SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, TAKEN_UP, HEIGHT = 0, 1, 2, 3, 4, 6, 7
 """Columns of a segment's report: largest v^2 and c^2, columns that left, work taken by friction [J], impulse in plan of
 ground and pressure (2) [N s], snow cover taken up [kg], and its sum of mass times height [kg m]."""
 REPORT = 8
@@ -38,16 +38,16 @@ LEAST_DEPTH = 1e-3
 
 
 @functools.cache
-def gather_kernel(real, law, entrains, wet, serial, mixed=False):
+def gather_kernel(real, law, takes, wet, serial, mixed=False):
     """Kernel that takes all columns through the second half of a step.
 
-    law: class of the friction law (`snowmpm.ground`); entrains: class of the law of entrainment, or None; wet: whether
+    law: class of the friction law (`snowmpm.ground`); takes: `law` of an `intake.Intake`, or None; wet: whether
     there is water in the pores, whose pressure takes a part of the normal stress off the friction; mixed: whether the
     water has columns of its own (`depth.two_phase`), with nodes phase[material] further on.
     """
     stress, names = law.stress, law.PARAMETERS
-    intake, cover_names = (entrains.intake, entrains.PARAMETERS) if entrains else (None, law.PARAMETERS)
-    taking = entrains is not None
+    intake, cover_names = (takes.intake, takes.PARAMETERS) if takes else (None, law.PARAMETERS)
+    taking = takes is not None
     n_numbers, n_cover = len(names._fields), len(cover_names._fields)
 
     @taichi_kernel
@@ -64,7 +64,7 @@ def gather_kernel(real, law, entrains, wet, serial, mixed=False):
                 for segment in range(bounds[worker(worker_at)], bounds[worker(worker_at) + 1]):
                     speed2, wave2, left = ti.cast(0.0, real), ti.cast(0.0, real), 0
                     work, impulse = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 2)
-                    entrained, height = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+                    taken_up, height = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
                     for p in range(segment * SEGMENT, ti.min((segment + 1) * SEGMENT, n)):
                         cell = cells[p]
                         column = reals[p]
@@ -200,7 +200,7 @@ def gather_kernel(real, law, entrains, wet, serial, mixed=False):
                                  - ti.cast((1.0 - stop) * before, ti.f64) * (ti.cast(speed, ti.f64) - before))
                         work += 0.5 * (mass * (given + ti.cast(slid, ti.f64) ** 2)
                                        - heavier * ti.cast(slowed, ti.f64) ** 2)
-                        entrained += ti.cast(taken, ti.f64)
+                        taken_up += ti.cast(taken, ti.f64)
                         height += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
                         volume += taken / rho
                         # one that stopped within the step goes no further than that
@@ -227,7 +227,7 @@ def gather_kernel(real, law, entrains, wet, serial, mixed=False):
                     report[segment, SPEED2], report[segment, WAVE2] = speed2, wave2
                     report[segment, LEFT] = left
                     report[segment, FRICTION_WORK] = work
-                    report[segment, ENTRAINED], report[segment, HEIGHT] = entrained, height
+                    report[segment, TAKEN_UP], report[segment, HEIGHT] = taken_up, height
                     for a in ti.static(range(2)):
                         report[segment, IMPULSE + a] = impulse[a]
 

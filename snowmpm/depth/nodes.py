@@ -46,12 +46,12 @@ def closing(s):
 
 
 @functools.cache
-def node_kernel(real, entrains, serial):
+def node_kernel(real, takes, serial):
     """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these. Tiles that
     were touched in the step before only are `live`, and are emptied.
 
     copies: sets of tallies that are added up, `stride` tiles each; base: tiles of other phases before this one
-    (`depth.two_phase`). tile_rows: tiles along y. nx, ny: nodes. entrains: whether snow cover is
+    (`depth.two_phase`). tile_rows: tiles along y. nx, ny: nodes. takes: whether snow cover is
     taken up; then cover: mass left [kg] of each node's cell, lowering: how far [m] the ground sinks where a kilogram is
     taken, under: the node's place in bed.
     """
@@ -107,7 +107,7 @@ def node_kernel(real, entrains, serial):
                             sums += tallies[place]
                             tallies[place] = ti.Vector.zero(real, TALLIES)
                     totals[first + node] = ti.Vector([sums[k] for k in ti.static(range(TOTALS))])
-                    if ti.static(entrains):
+                    if ti.static(takes):
                         wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * unit
                         nodes[first + node][NODE - 1] = 0.0
                         if wanted > 0.0:

@@ -40,8 +40,8 @@ def moved(cell, offset, way):
 
 
 @functools.cache
-def scatter_kernel(real, shared, entrains, serial, phases=1):
-    """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes. entrains: whether there is
+def scatter_kernel(real, shared, takes, serial, phases=1):
+    """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes. takes: whether there is
     snow cover to take up.
 
     shared: whether all threads add to the same nodes, by atomics. phases: of columns, of which the second has nodes of
@@ -90,7 +90,7 @@ def scatter_kernel(real, shared, entrains, serial, phases=1):
                                                            along[1], 0.0 * share]))
                             for k in ti.static(range(phases)):  # both have their numbers wherever one is
                                 touched[(first_node + k * (n_nodes // phases) + node) // (TILE * TILE)] = 1
-                    if ti.static(entrains):
+                    if ti.static(takes):
                         place = own + lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
                         wanted = 2.0 * half * column[INTAKE] / (WATER * unit)
                         if ti.static(shared):

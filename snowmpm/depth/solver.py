@@ -17,16 +17,15 @@ from snowmpm.depth import gather, scatter, two_phase
 from snowmpm.depth.bed import Bed
 from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
-from snowmpm.depth.cover import Cover
-from snowmpm.depth.deposit import EMPTIED, Deposit
 from snowmpm.depth.gather import LEAST_DEPTH
+from snowmpm.depth.intake import Intake
 from snowmpm.depth.loads import Gauges
 from snowmpm.depth.nodes import NODE, TOTALS, node_kernel
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
-from snowmpm.ground.forest_drag import with_drag
 from snowmpm.ground.friction import GroundFriction
 from snowmpm.particles.coordinates import Frame
+from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import Extremes
 
@@ -48,12 +47,11 @@ class DepthSolver(Method):
     """Columns of a population on a ground."""
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
-                 sides, entrainment=None, forest=None, deposition=None, obstacles=(), water=None):
+                 sides, obstacles=(), water=None, adapters=()):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
-        numbers; entrainment: the same of a law of entrainment, or None; forest: plan places (n, 2) -> drag [-] and
-        detrainment [Pa] (n, 2), or None; deposition: time [s] in which snow at rest becomes ground, or None; obstacles:
-        `solids.Obstacle`s whose loads are wanted; water: `water.flow_water.FlowWater` in the pores, or None."""
-        self.precision, self.options = precision, options
+        numbers; obstacles: `solids.Obstacle`s whose loads are wanted; water: `water.flow_water.FlowWater` in the pores,
+        or None; adapters: of the components at work."""
+        self.precision, self.options, self.adapters = precision, options, Adapters(adapters)
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
@@ -62,39 +60,26 @@ class DepthSolver(Method):
         self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
         self.particles = Columns(population, laws, self.grid, self.bed, precision, water)
         self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
-        trees = None if forest is None else forest(self.grid.places().reshape(-1, 2)).reshape(*self.grid.shape, 2)
-        self._tables(friction, entrainment, sides, population, trees)
-        self.particles.deposit = self._deposit(trees, deposition)
+        self._tables(friction, sides, population)
         mean = self.particles.mass / max(float(population.volumes.sum()), 1e-300)
         self._gauges = Gauges(obstacles, self.grid, self.bed, -float(self.gravity[2]), mean) if obstacles else None
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
         self._wave = self._first_wave()
+        self.adapters.begin(self)
         self.restart_clock()
 
     @classmethod
     def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
-           obstacles=(), terrain_friction=None, terrain_entrainment=None, terrain_forest=None, terrain_deposition=None,
-           flow_water=None, **others):
+           obstacles=(), terrain_friction=None, flow_water=None, adapters=(), **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
         return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
-                   cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides,
-                   entrainment=terrain_entrainment, forest=terrain_forest, deposition=terrain_deposition,
-                   obstacles=obstacles, water=flow_water)
+                   cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides, obstacles=obstacles,
+                   water=flow_water, adapters=adapters)
 
-    def _deposit(self, trees, time):
-        """`Deposit` of snow that stops, None where none does."""
-        stops = trees is not None and trees[..., 1].any()
-        if not stops and time is None:
-            return None
-        if self.grid.repeats.any():
-            raise InputError.at("domain.boundary", "periodic", "does not go with snow that becomes ground where it"
-                                                               " stops")
-        return Deposit(self.grid, trees[..., 1] if stops else None, time)
-
-    def _tables(self, friction, entrainment, sides, population, trees=None):
+    def _tables(self, friction, sides, population):
         """What kernels read beside the columns."""
         real = runtime.DTYPES[self.precision][0]
         grid, count = self.grid, max(1, self.particles.count)
@@ -115,11 +100,10 @@ class DepthSolver(Method):
         self._phase = int_array(grid.n_nodes * water.second if water else np.zeros(1))
         self._drag = real_array(two_phase.drag_table(water.drag)) if water else None
         self.unit = float(population.volumes.mean())
-        self._law, numbers = self._on_ground(friction)
-        if trees is not None and trees[..., 0].any():
-            numbers = np.broadcast_to(numbers, (grid.n_nodes, numbers.shape[1]))
-            self._law, numbers = with_drag(self._law), np.column_stack([numbers, grid.flat(trees[..., 0])])
-        self.cover = Cover(grid, self.bed, *(self._on_ground(entrainment)[::-1] if entrainment else ()))
+        self._law, numbers = self.on_ground(friction)
+        for changed in self.adapters.friction:
+            self._law, numbers = changed(self._law, numbers, grid)
+        self._intake = next((make(self) for make in self.adapters.intake), None) or Intake.none(grid)
         self._numbers = real_array(numbers)
         place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
         place[grid.nodes()[self.bed.holes]] = -1
@@ -132,8 +116,9 @@ class DepthSolver(Method):
         self._bounds, self._report = None, ()
         self._serial = runs_serially(COLUMN_STEP * count)
 
-    def _on_ground(self, friction):
-        """Class of the law, and its numbers: a row, or one a node."""
+    def on_ground(self, friction):
+        """Class of a law, and its numbers: a row, or one a node. friction: `ground.friction.GroundFriction`, or a law
+        whose parameters are all numbers."""
         law, g = friction.law if isinstance(friction, GroundFriction) else friction, -float(self.gravity[2])
         if not getattr(friction, "varies", False):
             return type(law), np.array([law.parameters(g)], float)
@@ -147,8 +132,9 @@ class DepthSolver(Method):
         return bool(self.particles.wet) and hasattr(self.particles.wet.water, "second")
 
     @property
-    def _ground_moves(self):
-        return bool(self.cover.law or self.particles.deposit)
+    def shared(self):
+        """Whether all threads add to the same nodes, by atomics."""
+        return self._shared
 
     @property
     def real(self):
@@ -173,7 +159,7 @@ class DepthSolver(Method):
 
     def step(self, dt):
         """Advance by dt [s]."""
-        store, grid, cover, options = self.particles, self.grid, self.cover, self.options
+        store, grid, cover, options = self.particles, self.grid, self._intake, self.options
         real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
         bounds, report = self._shares()
         with runtime.precision(self.precision):
@@ -201,17 +187,13 @@ class DepthSolver(Method):
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
         if cover.law:
-            store.gain(report[:, gather.ENTRAINED].sum(), report[:, gather.HEIGHT].sum(), self.gravity)
+            store.gain(report[:, gather.TAKEN_UP].sum(), report[:, gather.HEIGHT].sum(), self.gravity)
         self.time += dt
         self.steps += 1
         if report[:, gather.LEFT].any():
             self.particles.take(self._inside(), self.gravity)
-        if store.deposit:
-            with runtime.precision(self.precision):
-                store.lay(store.deposit.take(self, dt, self._shared))
-            store.changed()
-            if store.too_many_empty:
-                store.take(store.column("volume")[:, 0] > EMPTIED * self.unit, self.gravity, laid=True)
+        for act in self.adapters.end_step:
+            act(dt)
         if store.release(self.time):
             self._wave = max(self._wave, self._first_wave())
 
@@ -227,11 +209,18 @@ class DepthSolver(Method):
     def _read(self, report):
         speed2, wave2 = report[:, gather.SPEED2].max(), report[:, gather.WAVE2].max()
         if not np.isfinite(speed2 + report[:, gather.FRICTION_WORK].sum()):
-            raise SimulationError(f"a column of snow is no more, at t = {self.time:.6g} s, step {self.steps}:\n"
-                                  "lower solver.cfl or check the friction of the ground")
+            self._fail()
         self.extremes, self._wave = Extremes(speed=math.sqrt(speed2)), math.sqrt(wave2)
         self.contact_work += report[:, gather.FRICTION_WORK].sum()
         self._plan_impulse += report[:, gather.IMPULSE : gather.IMPULSE + 2].sum(axis=0)
+
+    def _fail(self):
+        """Raise SimulationError, with the first column whose numbers are not finite."""
+        table = self.particles.reals.to_numpy()[: self.particles.count]
+        bad = np.flatnonzero(~np.isfinite(table).all(axis=1))
+        which = f"column {self.particles.identity.to_numpy()[bad[0]]}" if len(bad) else "a column"
+        raise SimulationError(f"{which} has no finite velocity, at t = {self.time:.6g} s, step {self.steps}:\n"
+                              "lower solver.cfl or check the friction of the ground")
 
     def _inside(self):
         """Whether each column is over ground, inside the domain (n,)."""
@@ -331,6 +320,8 @@ class DepthSolver(Method):
         self.time, self.steps, self.contact_work = 0.0, 0, 0.0
         self._plan_impulse, self.weight_impulse = np.zeros(2), np.zeros(3)
         self._start = self._momentum() + self.particles.removed["momentum"]
+        for one in self.adapters:
+            one.restart()
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -355,7 +346,7 @@ class DepthSolver(Method):
         """Bytes of everything but the columns."""
         grid, real = self.grid, 4 if self.precision == "f32" else 8
         return (grid.n_nodes * (self._copies * real * scatter.TALLIES + NODE * real + 8 + 4)
-                + self.bed.table.shape[0] * 8)
+                + self.bed.table.shape[0] * 8 + self.adapters.bytes)
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
@@ -364,10 +355,9 @@ class DepthSolver(Method):
         return {"columns": self.particles.state(), "frame": self.frame.bounds, "extremes": asdict(self.extremes),
                 "wave": self._wave, "time": self.time, "steps": self.steps, "contact_work": self.contact_work,
                 "plan_impulse": self._plan_impulse.copy(), "weight_impulse": self.weight_impulse.copy(),
-                "start": self._start.copy(), "cover": self.cover.state(),
-                "gauges": self._gauges.state() if self._gauges else {},
-                "deposit": self.particles.deposit.state() if self.particles.deposit else {},
-                "ground": self.bed.table.to_numpy() if self._ground_moves else np.zeros(0)}
+                "start": self._start.copy(), "gauges": self._gauges.state() if self._gauges else {},
+                **({"components": self.adapters.state()} if self.adapters else {}),
+                "ground": self.bed.table.to_numpy() if self.adapters.move_ground else np.zeros(0)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene. Raises InputError when it does not fit."""
@@ -377,12 +367,11 @@ class DepthSolver(Method):
         self.time, self.steps, self.contact_work = state["time"], state["steps"], state["contact_work"]
         self._plan_impulse = np.array(state["plan_impulse"])
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
-        self.cover.restore(state["cover"])
-        if self.particles.deposit:
-            self.particles.deposit.restore(state["deposit"])
+        if self.adapters:
+            self.adapters.restore(state["components"])
         if self._gauges:
             self._gauges.restore(state["gauges"])
-        if self._ground_moves:
+        if self.adapters.move_ground:
             self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
 
 

@@ -94,3 +94,16 @@ def read_regions(path, key, terrain=None):
         warnings.warn(f"{label}: its polygons overlap: the {shared:.6g} m2 that two of them share count once, with the"
                       " first", stacklevel=2)
     return regions
+
+
+def inside_region(spec, surface, plan, base_dir, key):
+    """Whether plan places (n, 2) [m] lie in a `scenes.regions.Region`; InputError if none does."""
+    inside = np.zeros(len(plan), bool)
+    for region in regions_of(spec, surface, base_dir, key):
+        if region.polygons is None:
+            inside |= ((plan >= region.lower) & (plan <= region.upper)).all(axis=1)
+        else:
+            inside |= region.polygons.contains(plan)
+    if not inside.any():
+        raise InputError(f"{key}: no cell of the plan grid has its middle in it")
+    return inside

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.ground.entrainment import Rate
 from snowmpm.particles.population import Population
-from snowmpm.setup.forests import inside_region
+from snowmpm.seeding.regions import inside_region
 from snowmpm.setup.pore_water import porosities
 from snowmpm.water.drag import Anderson, Darcy, DarcyOfPorosity
 from snowmpm.water.flow_water import FlowWater
@@ -21,9 +20,6 @@ def mixed_water(model):
         raise InputError.at("water.grain_density", spec.grain_density, f"must be above water.density ="
                             f" {spec.density:g}: grains that float part from the water; for ice take scheme ="
                             ' "one_phase" with a level below 1', scene.source)
-    if scene.terrain.entrainment and not isinstance(scene.terrain.entrainment, Rate):
-        raise InputError.at("terrain.entrainment.law", scene.terrain.entrainment.law, 'must be "rate" beside two'
-                            " phases: water has no friction that breaks the cover up", scene.source)
     return TwoPhaseWater.of(grain_shares(scene), spec.grain_density, _drag(spec, -float(model.first_gravity[2])),
                             density=spec.density, consolidation=spec.consolidation, excess=spec.excess,
                             layers=spec.layers, drained=_drained(model), gravity=-float(model.first_gravity[2]))

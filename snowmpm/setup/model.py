@@ -24,7 +24,6 @@ from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
-from snowmpm.setup.forests import forest_at
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.two_velocities import has_own_water, two_velocities
 from snowmpm.stages import stage
@@ -241,13 +240,6 @@ class Model:
             elif not isinstance(friction, int | float):
                 friction = friction.mu
             contact = {"terrain_contact": scene.terrain.contact, "terrain_friction": friction}
-            if scene.terrain.entrainment:
-                contact["terrain_entrainment"] = GroundFriction(scene.terrain.entrainment, scene.base_dir,
-                                                                self.surface.system, scene.source)
-            if scene.terrain.forest:
-                contact["terrain_forest"] = partial(forest_at, scene, self.surface)
-            if scene.terrain.deposition:
-                contact["terrain_deposition"] = scene.terrain.deposition.time
             if METHODS[chosen.method].capabilities.flow_water and scene.water:
                 contact["flow_water"] = flow_water(self)
         if has_own_water(scene):

@@ -32,12 +32,6 @@ def demands(scene, later=False):
         yield "terrain", True, "terrain.kind", scene.terrain.kind
         yield "contacts", scene.terrain.contact, "terrain.contact", scene.terrain.contact
         yield from _of_friction(scene.terrain)
-        if scene.terrain.entrainment:
-            yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
-        if scene.terrain.forest:
-            yield "deposition", True, "terrain.forest.0.name", scene.terrain.forest[0].name
-        if scene.terrain.deposition:
-            yield "deposition", True, "terrain.deposition.law", scene.terrain.deposition.law
     if scene.obstacles:
         yield "obstacles", True, "obstacles.0.name", scene.obstacles[0].name
     for i, obstacle in enumerate(scene.obstacles):
@@ -198,6 +192,7 @@ NO_COMPONENT = ('water.scheme = "seepage"',)
 """Parts of a scene that no component goes with."""
 
 FEATURES = {
+    'water.scheme = "two_phase"': lambda scene: scene.water is not None and scene.water.scheme == "two_phase",
     "periodic sides of the domain": lambda scene: scene.domain and "periodic" in scene.domain.sides(
         scene.dimension).values(),
     'water.scheme = "v_w"': lambda scene: scene.water is not None and scene.water.scheme == "v_w",

@@ -35,13 +35,8 @@ def refuse_beside_water(scene):
         _refuse_beside_two_velocities(scene)
     if scheme == "seepage":
         _refuse_beside_seepage(scene)
-    if scheme == "two_phase":
-        terrain = scene.terrain
-        beside = {"terrain.forest": terrain and terrain.forest, "terrain.deposition": terrain and terrain.deposition,
-                  "obstacles": scene.obstacles}
-        if found := [name for name, there in beside.items() if there]:
-            raise InputError.at("water.scheme", "two_phase", f"does not go with {' and '.join(found)}: take"
-                                ' "one_phase"', scene.source)
+    if scheme == "two_phase" and scene.obstacles:
+        raise InputError.at("water.scheme", "two_phase", 'does not go with obstacles: take "one_phase"', scene.source)
 
 
 def _refuse_beside_solved_water(scene):

@@ -21,6 +21,8 @@ class Adapter:
     name = ""
     columns: Mapping[str, int] = {}
     """numbers that a particle carries for it, by the name of their column"""
+    moves_ground = False
+    """whether the ground of a depth-averaged flow rises or sinks by it"""
     inlined: Any = None
     """what the kernels of a step contain of it, as its method says (`mpm.kernel_api.Inlined`)"""
 
@@ -30,6 +32,14 @@ class Adapter:
     def field_pairs(self, solver: Any, population: Any) -> Any:
         """What passes between the velocity fields of a `Population` where they meet (`mpm.kernel_api.FieldPairs`); the
         solver has its particles, and no grid yet."""
+
+    def friction(self, law: Any, numbers: Any, grid: Any) -> tuple[Any, Any]:
+        """Of a depth-averaged flow: class of the law of ground friction and its numbers, a row or one a node of the
+        `depth.plan_grid.PlanGrid`, in place of these."""
+        return law, numbers
+
+    def intake(self, solver: Any) -> Any:
+        """Of a depth-averaged flow: `depth.kernel_api.Intake`, what it may take up from the ground."""
 
     def before_scatter(self, pushed: float) -> None:
         """The particles have what acted on them before the step, and nodes are still empty."""
@@ -106,8 +116,8 @@ class Adapter:
         """Take over what `state()` gave."""
 
 
-HOOKS = ("field_pairs", "before_scatter", "after_scatter", "terms", "strain", "meet_surfaces", "before_ground",
-         "after_ground", "before_gather", "after_gather", "end_step", "limit_dt")
+HOOKS = ("field_pairs", "friction", "intake", "before_scatter", "after_scatter", "terms", "strain", "meet_surfaces",
+         "before_ground", "after_ground", "before_gather", "after_gather", "end_step", "limit_dt")
 
 
 class Adapters:
@@ -115,6 +125,8 @@ class Adapters:
     it."""
 
     field_pairs: list[Callable[..., Any]]
+    friction: list[Callable[..., tuple[Any, Any]]]
+    intake: list[Callable[..., Any]]
     before_scatter: list[Callable[..., None]]
     after_scatter: list[Callable[..., None]]
     terms: list[Callable[..., Any]]
@@ -152,6 +164,11 @@ class Adapters:
     def inlined(self) -> tuple[Any, ...]:
         """What the kernels of a step contain of each that has something."""
         return tuple(one.inlined for one in self._all if one.inlined is not None)
+
+    @property
+    def move_ground(self) -> bool:
+        """Whether one of them does."""
+        return any(one.moves_ground for one in self._all)
 
     @property
     def bytes(self) -> int:

@@ -158,7 +158,7 @@ class Solver(Method):
     def _read(self, report):
         """Take in the report of a step (`snowmpm.stepping.step_report`).
 
-        Raises SimulationError when a particle is no more.
+        Raises SimulationError for a particle that is not finite any more.
         """
         report = report.tolist()  # Python's numbers are several times faster, one by one
         if report[step_report.BAD]:

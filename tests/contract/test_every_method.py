@@ -23,8 +23,7 @@ CHOICES = {"filling", "usual_filling", "grid", "plan", "solves"}
 """Capabilities that no scene asks for: they say which of its choices count (`a_simulation_is_what_its_scene_says`)."""
 ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesion": "scenes/test_ground_friction.py",
              "ground_rasters": "scenes/test_ground_friction.py", "contacts": "contract/test_depth_refusals.py",
-             "sides": "contract/test_depth_refusals.py", "entrainment": "verification/test_depth_entrainment.py",
-             "deposition": "depth/test_depth_releases.py", "delays": "depth/test_depth_releases.py",
+             "sides": "contract/test_depth_refusals.py", "delays": "depth/test_depth_releases.py",
              "thickness_rasters": "depth/test_depth_releases.py", "moving_obstacles": "depth/test_depth_loads.py",
              "flow_water": "depth/test_depth_water.py", "receives": "handover/test_zone.py",
              "rows_of_jump": "verification/test_cracks_by_sph.py"}

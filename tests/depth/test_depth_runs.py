@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import snowmpm
-from snowmpm.scenes import Scene
+from snowmpm.errors import SimulationError
+from snowmpm.scenes import Scene, load_scene
 from tests.support.same_runs import assert_same, assert_same_runs, run_with_signal
 
 ANGLE, DX = 30.0, 1.0
@@ -86,3 +87,13 @@ def test_snow_that_falls_into_a_hole_of_a_raster_is_counted(tmp_path):
     np.testing.assert_allclose(total, total[0], rtol=1e-6)
     assert 0.05 * total[0] < history["removed_mass"][-1] < 0.5 * total[0]
     assert np.abs(history["momentum_residual"]).max() < 1e-6
+
+
+def test_a_column_that_is_not_finite_is_named():
+    simulation = snowmpm.Simulation(load_scene("avalanche_depth_averaged", {"solver.dx": 20.0}))
+    store = simulation.solver.particles
+    table = store.reals.to_numpy()
+    table[5, 4] = np.nan
+    store.reals.from_numpy(table)
+    with pytest.raises(SimulationError, match=r"column \d+ has no finite velocity, at t = 0 s, step 0"):
+        simulation.step()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from snowmpm.compiler import runtime
+from snowmpm.components.forest_and_deposition.depth import Stopping
 from tests.support.depth_flows import OPEN, WALL, Ground, Options, coulomb, flow, lattice, pore_water, run_to
 
 DX = 0.25
@@ -30,7 +31,7 @@ def avalanche(precision, lays_down=False):
     ground = Ground(valley, (-2.0, -6.0), (11.0, 6.0), coulomb(12.0), (OPEN, WALL))
     pores, dry = pore_water(excess=0.5, consolidation=0.05, drained=lambda places: places[:, 1] < -1.0)
     solver = flow(plan, area * (0.5 + 0.3 * np.sin(plan[:, 0])), ground, DX, options=Options(precision=precision),
-                  **(dict(starts=np.where(plan[:, 0] > 5.0, 0.0, 0.4), forest=wood, deposition=0.1,
+                  **(dict(starts=np.where(plan[:, 0] > 5.0, 0.0, 0.4), adapters=[Stopping(wood, 0.1)],
                           densities=(dry,), water=pores) if lays_down else {}))
     assert not solver._serial
     return run_to(solver, 1.0)

@@ -10,12 +10,12 @@ import snowmpm
 from snowmpm.campaigns.cluster import DEATHS
 from snowmpm.cli import watch
 from snowmpm.components.face_loads.from_scene import PENALTY, SOLVED_PENALTY
+from snowmpm.components.forest_and_deposition.declare import Deposition, Forest
 from snowmpm.components.rigid_bodies.impulses import SWEEPS
 from snowmpm.implicit.linear import MOST_DIRECT
 from snowmpm.running.rest import rested
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.dams import Dam
-from snowmpm.scenes.forest import Deposition, Forest
 from snowmpm.scenes.numerics import Depth, Implicit, Sph
 from snowmpm.scenes.switch import SHARES, Switch
 from snowmpm.scenes.water import FlowingWater, MovingWater

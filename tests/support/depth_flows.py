@@ -94,9 +94,9 @@ def front(x, depth, threshold):
 
 
 def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities=(DENSITY,), starts=0.0,
-         forest=None, deposition=None, water=None):
+         water=None, adapters=()):
     """`DepthSolver` of columns at plan positions (n, 2) with volumes (n,) and velocities in plan (n, 2); densities
-    [kg/m3]: of one column after the other, in turn; starts (n,) [s]; forest, deposition, water: of `DepthSolver`."""
+    [kg/m3]: of one column after the other, in turn; starts (n,) [s]; water, adapters: of `DepthSolver`."""
     upright = np.zeros((len(plan), 1))
     still = np.zeros_like(plan) if velocities is None else velocities
     population = Population(np.hstack([plan, upright]), np.broadcast_to(volumes, len(plan)).astype(float),
@@ -106,7 +106,7 @@ def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities
     return DepthSolver(population, laws, options, dx=dx, precision=options.precision,
                        lower=np.array([*ground.lower, -1e3]), upper=np.array([*ground.upper, 1e3]),
                        gravity=[0.0, 0.0, -G], cfl=options.cfl, terrain=ground, friction=ground.friction,
-                       sides=[*ground.sides, OPEN], forest=forest, deposition=deposition, water=water)
+                       sides=[*ground.sides, OPEN], water=water, adapters=adapters)
 
 
 def pore_water(*, porosity=0.3, grains=2500.0, level=1.0, consolidation=0.0, excess=0.0, layers=16, drained=False):

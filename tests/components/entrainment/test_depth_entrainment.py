@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import snowmpm
+from snowmpm.components.entrainment.depth import SnowCover
+from snowmpm.components.entrainment.laws import ErosionEnergy, Rate, Strength
 from snowmpm.depth.solver import DepthSolver
 from snowmpm.errors import InputError
 from snowmpm.ground import Coulomb
-from snowmpm.ground.entrainment import ErosionEnergy, Rate, Strength
 from snowmpm.materials import Elastic
 from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Depth
@@ -36,7 +37,7 @@ def columns(entrainment, count=1, cfl=None, depth=1.0):
     upper = np.array([1200.0, 25.0 + 4 * dx * count, 1e4])
     return DepthSolver(population, [law], options, dx=dx, precision="f64", lower=np.array([0.0, 0.0, -1e4]),
                        upper=upper, gravity=[0.0, 0.0, -G], cfl=cfl, terrain=Incline(), friction=Coulomb(mu=MU),
-                       sides=[["open"] * 2] * 3, entrainment=entrainment)
+                       sides=[["open"] * 2] * 3, adapters=[SnowCover(entrainment)])
 
 
 def go(solver, until):
@@ -77,12 +78,12 @@ def test_growth_converges_with_the_step():
     Rate(growth_rate=0.01, thickness=0.05), ErosionEnergy(thickness=0.2), Strength(strength=100.0, thickness=0.1)])
 def test_mass_and_momentum_close_and_the_cover_never_ends_below_the_ground(law):
     solver = columns(law, count=3)
-    mass, cover = solver.particles.mass, solver.cover.mass.to_numpy().copy()
+    mass, cover = solver.particles.mass, solver.adapters["entrainment"].cover.mass.to_numpy().copy()
     ground = solver.bed.heights.copy()
     go(solver, 12.0)
-    taken = cover - solver.cover.mass.to_numpy()
+    taken = cover - solver.adapters["entrainment"].cover.mass.to_numpy()
     assert taken.min() >= 0.0
-    assert solver.cover.mass.to_numpy().min() >= 0.0
+    assert solver.adapters["entrainment"].cover.mass.to_numpy().min() >= 0.0
     assert taken.max() > 0.0
     assert solver.particles.mass - mass == pytest.approx(taken.sum(), rel=1e-12)
     assert solver.particles.masses().sum() == pytest.approx(solver.particles.mass, rel=1e-12)

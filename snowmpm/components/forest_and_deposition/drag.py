@@ -4,8 +4,7 @@ import functools
 from typing import Any, NamedTuple
 
 from snowmpm.compiler import ti
-
-from .law import FrictionLaw
+from snowmpm.ground.law import FrictionLaw
 
 
 @functools.cache

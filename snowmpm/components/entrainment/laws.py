@@ -13,9 +13,8 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from snowmpm.compiler import ti
-
-from .parametrised import Parametrised
-from .value import value
+from snowmpm.ground.parametrised import Parametrised
+from snowmpm.ground.value import value
 
 LEAST_SPEED = 1e-3
 """[m/s], below which nothing is taken up."""

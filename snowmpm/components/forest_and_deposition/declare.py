@@ -1,4 +1,4 @@
-"""Forest on the ground and snow that stops on it.
+"""Forest on the ground and snow that stops on it: tables, and what they do not go with.
 
     [[terrain.forest]]
     name = "larches"
@@ -11,12 +11,15 @@
     time = 1.0                              # s
 """
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm.components.contract import Component
 from snowmpm.ground import RasterValue
 from snowmpm.ground.value import value
+from snowmpm.registry import COMPONENTS
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.space import check_file, require_dimension
 from snowmpm.scenes.spec import NonNegative, Spec, refuse
@@ -58,3 +61,24 @@ class Deposition(Spec):
     law: Literal["stopped"] = "stopped"
     time: NonNegative = 1.0
     """in which a share of 1 - 1/e of the snow that rests does so [s]; 0: at once"""
+
+
+class OfTerrain(Spec):
+    """Keys of the ground."""
+
+    forest: tuple[Forest, ...] = ()
+    """trees in plan; method = "depth" only"""
+    deposition: Deposition | None = None
+    """what becomes of snow that stops; method = "depth" only"""
+
+
+def asked(scene: Any) -> Iterable[tuple[str, object]]:
+    """(key, value) of both."""
+    if scene.terrain and scene.terrain.forest:
+        yield "terrain.forest.0.name", scene.terrain.forest[0].name
+    if scene.terrain and scene.terrain.deposition:
+        yield "terrain.deposition.law", scene.terrain.deposition.law
+
+
+COMPONENTS.add(Component("forest_and_deposition", __package__, "forest and deposition", asked, order=41,
+                         keys={"terrain": OfTerrain}, beside=('water.scheme = "two_phase"',)))

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from snowmpm.components.forest_and_deposition.declare import Forest
 from snowmpm.errors import InputError
 from snowmpm.ground.value import Limits, RasterValue
 from snowmpm.reading.named_files import existing
-from snowmpm.scenes.forest import Forest
-from snowmpm.seeding.regions import regions_of
+from snowmpm.seeding.regions import inside_region
 from snowmpm.terrain.raster_values import raster_values
 
 NUMBERS = ("drag", "detrainment")
@@ -33,19 +33,6 @@ def forest_at(scene, surface, plan):
 
 def _limits(name):
     return next(entry for entry in Forest.model_fields[name].metadata if isinstance(entry, Limits))
-
-
-def inside_region(spec, surface, plan, base_dir, key):
-    """Whether plan places (n, 2) [m] lie in a `scenes.regions.Region`; InputError if none does."""
-    inside = np.zeros(len(plan), bool)
-    for region in regions_of(spec, surface, base_dir, key):
-        if region.polygons is None:
-            inside |= ((plan >= region.lower) & (plan <= region.upper)).all(axis=1)
-        else:
-            inside |= region.polygons.contains(plan)
-    if not inside.any():
-        raise InputError(f"{key}: no cell of the plan grid has its middle in it")
-    return inside
 
 
 def _number(value, limits, place, surface, plan):

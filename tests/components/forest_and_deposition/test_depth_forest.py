@@ -84,7 +84,7 @@ def grid(folder, values, name):
 
 def numbers(**forest):
     """Drag and detrainment at the nodes of the plan grid (nx, ny, 2)."""
-    from snowmpm.setup.forests import forest_at
+    from snowmpm.components.forest_and_deposition.from_scene import forest_at
 
     simulation = snowmpm.Simulation(scene(forest=[forest]))
     places = simulation.solver.grid.places()

@@ -16,10 +16,7 @@ from scipy import sparse
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.depth.gather import LEAST_DEPTH
-from snowmpm.depth.plan_grid import MARGIN
-from snowmpm.depth.smoothing import SMOOTHING
-from snowmpm.depth.spline import weights
+from snowmpm.depth.kernel_api import LEAST_DEPTH, MARGIN, SMOOTHING, weights
 
 MASS, MOMENTUM, ENERGY, EMPTY = 0, 1, 4, 5
 """Sums of a step: laid down [kg], momentum (3) and energy of it, columns that hold next to nothing."""
@@ -133,14 +130,14 @@ class Deposit:
         self.laid = real_array(np.zeros(grid.n_nodes))
         self._any = False
 
-    def take(self, solver, dt, shared):
+    def take(self, solver, dt):
         """Lay down what stops in a step of a `DepthSolver`; -> sums (6,)."""
         store, grid = solver.particles, self._grid
         sums = np.zeros(6)
         share = 0.0
         if self._time is not None:
             share = -math.expm1(-dt / self._time) if self._time > 0.0 else 1.0
-        lay_kernel(solver.real, shared)(
+        lay_kernel(solver.real, solver.shared)(
             store.cells, store.reals, store.material, store.densities, grid.lookup, solver.node_values,
             solver.bed.table, self._detrainment, self.laid, sums, solver.bed.stride, *grid.shape.tolist(), dt, grid.dx,
             -float(solver.gravity[2]), share, LEAST_SHARE * solver.unit, store.flowing)

@@ -1,0 +1,1 @@
+"""Snow cover that a depth-averaged flow takes up."""
