@@ -26,7 +26,6 @@ TYPED = ("mpm", "sph", "depth", "implicit", "stepping", "particles", "components
 FEATURES = {
     "pore water": r"pore_water|PoreWater|fill_pores", "two velocities": r"two_velocities|TwoVelocities",
     "flow water": r"flow_water|FlowWater",
-    "forcing and damping": r"\bForcing\b|Damping\b",
 }
 """Optional physics that is not a component yet, and words that name it."""
 

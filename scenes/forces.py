@@ -1,20 +1,21 @@
-"""Loads on the snow besides gravity and contact: accelerations and pressures in space and time, damping."""
+"""Loads on the snow besides gravity and contact: what all tables of them share."""
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from snowmpm.registry import FORCES
 from snowmpm.scenes.formula import Formula
-from snowmpm.scenes.regions import Region
 from snowmpm.scenes.shapes import check_corners
-from snowmpm.scenes.space import NUMBER, TEXT, FileName, Vector, by_type, dimension
+from snowmpm.scenes.space import NUMBER, TEXT, Vector, by_type, dimension
 from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, check_period, refuse
 
 Value = Annotated[Annotated[Number, NUMBER] | Annotated[Formula, TEXT], by_type(NUMBER, TEXT)]
 
 
-class _Timed(Spec):
+class Timed(Spec):
+    """What acts from a time to another."""
+
     start: NonNegative = 0.0
     """[s]; of a table: when its time is 0"""
     stop: Positive | None = None
@@ -25,17 +26,23 @@ class _Timed(Spec):
         check_period(self.start, self.stop)
         return self
 
+    @property
+    def when(self) -> str:
+        """When it acts, in words; "" for always."""
+        if self.stop is not None:
+            return f", from {self.start:g} to {self.stop:g} s"
+        return f", from {self.start:g} s on" if self.start else ""
 
-class Force(_Timed):
-    """Base of all tables of forces. A table adds its `kind` and, unless a component acts for it, ACTS."""
+
+class Force(Timed):
+    """Base of all tables of forces. A table adds its `kind` and, unless a component of its own acts for it, ACTS."""
 
     REGISTRIES: ClassVar = (FORCES,)
-    NEEDS: ClassVar = "forces"
-    """what a method must be capable of (`snowmpm.methods.Capabilities`), "" of the force of a component"""
     ACTS: ClassVar[Any] = None
     """what it does in a run: "module:name" of a callable, or the callable itself, that is given the table, the
     dimension, the folder of relative files, the table's key, a function text -> formula, the numbers of the particles
-    of its body, or None, and the reference system of the terrain, or None, and returns a `forcing.fields.Field`"""
+    of its body, or None, and the reference system of the terrain, or None, and returns a `prescribed.field.Field` with
+    `acceleration(x, v, time)` [m/s2], or `pressure(x, time)` [Pa], `gradient(x, time, dx)` and `on_surface`"""
 
     if TYPE_CHECKING:  # of every force, its own
 
@@ -84,56 +91,4 @@ class Space(Spec):
         return self
 
 
-@FORCES.add
-class Acceleration(Valued):
-    """A force in proportion to mass: wind drag, shaking, the pull of a magnet."""
-
-    ACTS: ClassVar = "snowmpm.forcing.fields:Acceleration"
-    UNIT: ClassVar = "m/s2"
-    kind: Literal["acceleration"]
-    value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
-    """[m/s2]: a number or a formula of x, y, z, t and the velocity vx, vy, vz of the snow, one an axis"""
-    file: FileName | None = None
-    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
-    ax, ay, az"""
-    body: str | None = None
-    """name of the body that it acts on; all when missing"""
-    within: Space | None = None
-    """where it acts: a block; everywhere when missing"""
-    region: Region | None = None
-    """where it acts, in plan; everywhere when missing"""
-
-    def places(self):
-        return [*([f"on {self.body}"] if self.body else []), *(["in within"] if self.within else []),
-                *(["in region"] if self.region else [])]
-
-
-@FORCES.add
-class Pressure(Valued):
-    """The pressure of a fluid around the snow or in its pores."""
-
-    ACTS: ClassVar = "snowmpm.forcing.fields:Pressure"
-    kind: Literal["pressure"]
-    acts_on: Literal["surface", "pores"] = "surface"
-    """surface: on the free surface of the snow, as of a cell or a lake around it; pores: on each volume by the gradient
-    alone, as of water that seeps through the snow; stresses are then effective stresses"""
-    value: Value | None = None
-    """[Pa]: a number or a formula of x, y, z and t; inside the snow any smooth continuation is right"""
-    file: FileName | None = None
-    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
-    pressure"""
-
-    def places(self):
-        return ["around the snow" if self.acts_on == "surface" else "in its pores"]
-
-
 AnyForce = Annotated[Force, FORCES.member()]
-
-
-class Damping(_Timed):
-    """A drag on every particle in proportion to its mass: dv/dt = ... - coefficient v."""
-
-    coefficient: Positive
-    """[1/s]: free motion decays to a third in 1.1 / coefficient seconds"""
-    rest_speed: Positive | None = None
-    """damping ends for good once the fastest particle, having been faster, falls below this speed [m/s]"""

@@ -14,7 +14,7 @@ from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.choices import Choice, choices
 from snowmpm.scenes.events import AnyEvent
-from snowmpm.scenes.forces import AnyForce, Damping
+from snowmpm.scenes.forces import AnyForce
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.picture import Picture
@@ -93,8 +93,6 @@ class Scene(Glance, Spec):
     events: tuple[AnyEvent, ...] = ()
     forces: Annotated[tuple[AnyForce, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
-    damping: Damping | None = None
-    """a drag on every particle; none when missing"""
     water: Water | None = None
     """water in the pores; none when missing"""
     initial: Initial = Initial()

@@ -51,10 +51,6 @@ class Capabilities:
     """events that push particles"""
     removal: bool = True
     """events that take particles out"""
-    forces: bool = True
-    """accelerations and pressures in space and time (`snowmpm.forcing`)"""
-    forcing: bool = True
-    """damping and gravity that changes"""
     averaged_hats: bool = False
     """bases of `schemes.BASES` with a box, for comparison"""
     rows_of_jump: int = 1
@@ -137,11 +133,11 @@ for entry in (
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True,
         thickness_rasters=True, delays=True, flow_water=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
-        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forces=False, forcing=False,
+        initial_stress=("geostatic",), settling=False, cuts=False, loads=False,
         plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True),
+        settling=False, saw_test=True, grid=True, solves=True, solved_water=True),
         words="implicit MPM"),
 ):
     METHODS.add(entry)

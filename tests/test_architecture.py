@@ -25,7 +25,7 @@ GROUND = {"annotations", "cores", "errors", "draft", "memory", "overwriting", "s
           "amounts", "reading", "quantities", "methods", "registry", "plugins"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
-SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing",
+SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "prescribed",
          "saw_test", "water"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "cores", "errors", "home", "schemes", "stages", "glance", "amounts",
@@ -53,7 +53,7 @@ MAY_IMPORT = {
     "terrain": {*GROUND, "compiler"},
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
-    "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
+    "prescribed": GROUND,
     "water": {*GROUND, "compiler", "particles"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
     "saw_test": {*GROUND, "components", "compiler", "particles", "scenes", "materials"},

@@ -10,6 +10,7 @@ import importlib
 
 import numpy as np
 
+from snowmpm.errors import InputError
 from snowmpm.registry import COMPONENTS, resolved
 
 NAMES = {
@@ -17,6 +18,7 @@ NAMES = {
     "entrainment": (),
     "f_bar": (),
     "face_loads": (),
+    "forcing_and_damping": (),
     "forest_and_deposition": (),
     "interface_layer": (),
     "nonlocal_averaging": (),
@@ -80,6 +82,14 @@ def stepping(simulation):
     """What computes the steps of a simulation in its place; None: it does itself."""
     found = (component.steps for component in used(simulation.scene) if component.steps)
     return next((resolved(make)(simulation) for make in found), None)
+
+
+def accelerating():
+    """The component that takes accelerations of functions (`Component.accelerates`). Raises InputError without one."""
+    found = next((component for component in declared() if component.accelerates), None)
+    if found is None:
+        raise InputError("add_acceleration: no component takes accelerations of functions")
+    return found
 
 
 def refuse_resume(scene):

@@ -11,51 +11,66 @@ from snowmpm.registry import COMPONENTS, Registry, resolved
 
 @dataclass(frozen=True)
 class Component:
-    """An optional piece of physics.
-
-    package: that its adapters lie in, a module for each method, named after it; words: what it is called in tables of
-    `check`; asked: scene -> (key, value) of each key that asks for it; keys: `scenes.spec.Spec`s with keys that it
-    adds to tables of a scene, by their places ("solver", "solver.implicit"); order: among the components, those of
-    lower number act first; owns: what only one component at a time may have; beside: names of what it does not go with
-    (`setup.refusals.FEATURES`); refuse: scene -> raises InputError for what cannot be; cautions: module with rules of
-    `check`; atlas: module with ATLAS, {group: entries}; fields: scene -> number of the velocity field of each body;
-    motion: "module:name" of (scene, number of an obstacle, `solids.shape.SolidShape`) -> its motion, or None;
-    obstacles: "module:name" of scene -> what it makes, `setup.model.Model.made[name]`, and the `solids.Obstacle`s of
-    that; steps: "module:name" of simulation -> what computes its steps in its place, by `step(until)`; refuse_resume:
-    scene -> raises InputError for a run that cannot be resumed; moves_on:
-    whether something moves on when the snow has come to rest; in_python: whether its cost goes with the speed of Python
-    rather than that of kernels.
-
-    Of one that carries bodies in place of particles that fill them: carries: (scene, body) -> whether it does; law:
-    (scene, material) -> the law in place of that of the scene, or None; seeds: "module:name" of (scene, index of a
-    body, ground, index of its material) -> `particles.population.Population`, or None; saw: "module:name" of the
-    `saw_test.weak_layer.WeakLayer` of a saw test whose weak layer it carries.
-    """
+    """An optional piece of physics. What takes long to import is named, "module:name"."""
 
     REGISTRIES: ClassVar[tuple[Registry, ...]] = (COMPONENTS,)
 
     name: str
     package: str
+    """that its adapters lie in, a module for each method, named after it"""
     words: str
+    """what it is called in tables of `check`"""
     asked: Callable[[Any], Iterable[tuple[str, object]]]
+    """scene -> (key, value) of each key that asks for it"""
     order: int
-    owns: tuple[str, ...] = ()
-    beside: tuple[str, ...] = ()
-    refuse: Callable[[Any], None] | None = None
-    cautions: str = ""
-    atlas: str = ""
+    """among the components: those of lower number act first"""
     keys: Mapping[str, Any] = field(default_factory=dict)
-    fields: Callable[[Any], Any] | None = None
-    motion: str = ""
-    obstacles: str = ""
-    steps: str = ""
+    """`scenes.spec.Spec`s with keys that it adds to tables of a scene, by their places: "scene", "solver.implicit" """
+
+    # ---- what it does not go with, and what is said of it -------------------------------------------------------
+
+    owns: tuple[str, ...] = ()
+    """what only one component at a time may have"""
+    beside: tuple[str, ...] = ()
+    """names of what it does not go with (`setup.refusals.FEATURES`)"""
+    refuse: Callable[[Any], None] | None = None
+    """scene -> raises InputError for what cannot be"""
     refuse_resume: Callable[[Any], None] | None = None
-    moves_on: bool = False
+    """scene -> raises InputError for a run that cannot be resumed"""
+    told: Callable[[Any], Mapping[str, str]] = lambda scene: {}
+    """scene -> facts that `check` prints, by name"""
+    cautions: str = ""
+    """module with rules of `check`"""
+    atlas: str = ""
+    """module with ATLAS, {group: entries}"""
     in_python: bool = False
+    """whether its cost goes with the speed of Python rather than that of kernels"""
+
+    # ---- its part in a run, beside that of its adapters ---------------------------------------------------------
+
+    fields: Callable[[Any], Any] | None = None
+    """scene -> number of the velocity field of each body"""
+    motion: str = ""
+    """of (scene, number of an obstacle, `solids.shape.SolidShape`) -> its motion, or None"""
+    obstacles: str = ""
+    """of scene -> what it makes, `setup.model.Model.made[name]`, and the `solids.Obstacle`s of that"""
+    moves_on: bool = False
+    """whether something moves on when the snow has come to rest"""
+    steps: str = ""
+    """of simulation -> what computes its steps in its place, by `step(until)`"""
+    accelerates: str = ""
+    """of (solver, function) -> lets it act, for `Simulation.add_acceleration`"""
+
+    # ---- of one that carries bodies in place of particles that fill them ----------------------------------------
+
     carries: Callable[[Any, Any], bool] = lambda scene, body: False
+    """(scene, body) -> whether it does"""
     law: Callable[[Any, str], Any] = lambda scene, material: None
+    """(scene, material) -> the law in place of that of the scene, or None"""
     seeds: str = ""
+    """of (scene, index of a body, ground, index of its material) -> `particles.population.Population`, or None"""
     saw: str = ""
+    """`saw_test.weak_layer.WeakLayer` of a saw test whose weak layer it carries"""
 
     @property
     def solid(self) -> bool:

@@ -64,7 +64,7 @@ class DepthSolver(Method):
         mean = self.particles.mass / max(float(population.volumes.sum()), 1e-300)
         self._gauges = Gauges(obstacles, self.grid, self.bed, -float(self.gravity[2]), mean) if obstacles else None
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
-        self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
+        self.time, self.steps, self.unconverged = 0.0, 0, 0
         self._wave = self._first_wave()
         self.adapters.begin(self)
         self.restart_clock()

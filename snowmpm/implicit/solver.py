@@ -89,13 +89,14 @@ class ImplicitSolver(Solver):
     def step(self, dt):
         """Advance by dt [s]. Raises SimulationError when the step cannot be solved."""
         store = self.particles
-        before = store.column("velocity") if self.forcing and store.count else None
+        before = store.column("velocity") if self.adapters.before_step and store.count else None
         self._act(dt)
         if store.count:
             matter = Matter.of_store(store)
             gain = None if before is None else matter.velocity - before
-            if self.forcing:
-                matter.around = self.forcing.taken_over()
+            around = next((found for take in self.adapters.around if (found := take()) is not None), None)
+            if around:
+                matter.around, book = around
             matter.strain = next(iter(self.adapters.strain), None)
             matter.terms = [make(matter, self.time + dt) for make in self.adapters.terms]
             ratio = matter.ratio
@@ -106,8 +107,8 @@ class ImplicitSolver(Solver):
             except SimulationError as error:
                 raise SimulationError(f"{error}, at t = {self.time:.6g} s, step {self.steps}:\n"
                                       "lower solver.implicit.dt, or look for snow that nothing holds") from None
-            if matter.around is not None:
-                self.forcing.force_work -= float((matter.volume * matter.around) @ (matter.ratio - ratio))
+            if around:
+                book(-float((matter.volume * matter.around) @ (matter.ratio - ratio)))
             self._take(matter, dt)
         self._advance_clock(dt, dt)
 

@@ -150,12 +150,16 @@ class Audit:
             "potential_energy": self._potential_energy(mass, x),
         }
 
+    def _own_potential(self):
+        """Of a component whose gravity changes [J], else None."""
+        found = (one.potential_energy() for one in self._solver.adapters)
+        return next((energy for energy in found if energy is not None), None)
+
     def _potential_energy(self, mass, x):
         """-m g.x from the centroid at the start; along periodic axes, and for gravity that changes, minus its work."""
-        forcing = self._solver.forcing
-        if forcing and forcing.course:
-            return -forcing.gravity_work
         solver = self._solver
+        if (found := self._own_potential()) is not None:
+            return found
         travel = self._start_momentum * solver.time + self._totals.momentum_gain  # [kg m]
         around = float((solver.gravity - self._falling) @ travel)
         return -float(mass @ ((x - self._reference) @ self._falling)) - around
@@ -171,11 +175,10 @@ class Audit:
         row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)),
                **self._angular_momentum(fields, mass, x, v), **energies}
         row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
-        forcing = solver.forcing
-        row["force_work"] = (forcing.force_work if forcing else 0.0) + sum(one.force_work() for one in solver.adapters)
-        row["damping_work"] = forcing.damping_work if forcing else 0.0
+        row["force_work"] = float(sum(one.force_work() for one in solver.adapters))
+        row["damping_work"] = float(sum(one.damping_work() for one in solver.adapters))
         # Position of zero potential energy
-        lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
+        lift = float(self._reference @ self._falling) if self._own_potential() is None else 0.0
         entrained, laid = removed.get("entrained", 0.0), removed.get("laid", 0.0)
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
         if solver.water:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from snowmpm import memory
+from snowmpm import components, memory
 from snowmpm.io import layout
 from snowmpm.methods import METHODS
 from snowmpm.running.forecast import forecast
@@ -46,20 +46,12 @@ def _acting(model):
     if model.gravity is not None:
         first, last = model.gravity.at(0.0), model.gravity.at(scene.end_time)
         told["gravity"] = f"from {_vector(first)} to {_vector(last)} m/s2"
-    forces = {f"{i} {force.kind}": f"{force.told()}{_time(force)}" for i, force in enumerate(scene.forces)}
+    forces = {f"{i} {force.kind}": f"{force.told()}{force.when}" for i, force in enumerate(scene.forces)}
     if forces:
         told["forces"] = forces
-    if scene.damping:
-        told["damping"] = f"{scene.damping.coefficient:g} 1/s{_time(scene.damping)}" + (
-            f", ends at rest ({scene.damping.rest_speed:g} m/s)" if scene.damping.rest_speed else "")
+    for component in components.used(scene):
+        told.update(component.told(scene))
     return told
-
-
-def _time(item):
-    """Times at which a force or damping acts, unless it is always."""
-    if item.stop is not None:
-        return f", from {item.start:g} to {item.stop:g} s"
-    return f", from {item.start:g} s on" if item.start else ""
 
 
 def _vector(values):

@@ -37,9 +37,8 @@ class StopAtRest:
         motion, time = self._simulation.motion, self._simulation.time
         rests = motion.has_moved and motion.moving_share <= self._moving and motion.momentum_share <= self._momentum
         solver = self._simulation.solver
-        acting = [solver.forcing, *solver.adapters]
         to_come = any(event.to_come(time) for event in self._simulation.events)
-        to_come = to_come or any(one is not None and one.to_come(time) for one in acting)
+        to_come = to_come or any(one.to_come(time) for one in solver.adapters)
         to_come = to_come or any(body.start_time > time for body in self._simulation.scene.bodies)
         if not rests or to_come:
             self.since = None

@@ -15,13 +15,12 @@ from snowmpm.compiler import lifetime
 from snowmpm.compiler.lifetime import in_turn
 from snowmpm.compiler.settings import compiling
 from snowmpm.errors import InputError, SimulationError
-from snowmpm.forcing import Forcing
-from snowmpm.forcing.fields import AccelerationBy
 from snowmpm.glance import Glance, counted
 from snowmpm.materials import Law
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.quantities.motion import Motion
 from snowmpm.reading.named_files import noting
+from snowmpm.registry import resolved
 from snowmpm.running.audit import Audit
 from snowmpm.running.events import make_events
 from snowmpm.running.failure import diagnose
@@ -195,12 +194,9 @@ class Simulation(Glance):
         """Add an acceleration that acts from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) returns
         accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not store it: add it again after restoring."""
         method = self.relay.scene.solver.method
-        require(self.relay.scene, "forcing", "solver.method", method, what="for add_acceleration")
-        forcing = self.solver.forcing
-        if forcing is None:
-            forcing = Forcing()
-            self.solver.force(forcing)
-        forcing.fields.append(AccelerationBy(function))
+        accelerating = components.accelerating()
+        require(self.relay.scene, accelerating.name, "solver.method", method, what="for add_acceleration")
+        resolved(accelerating.accelerates)(self.solver, function)
 
     @in_turn
     def audit(self, particles: ParticleFields | None = None) -> dict[str, float]:

@@ -7,17 +7,14 @@ import numpy as np
 
 from snowmpm import components
 from snowmpm.errors import InputError
-from snowmpm.forcing import Forcing
-from snowmpm.forcing.course import Course
-from snowmpm.forcing.damping import Damping
 from snowmpm.ground import Coulomb
 from snowmpm.ground.friction import GroundFriction
 from snowmpm.methods import METHODS
 from snowmpm.particles.population import Population
+from snowmpm.prescribed.course import Course
 from snowmpm.registry import resolved
 from snowmpm.results.map_grid import grid_for
 from snowmpm.results.maps import cell_for
-from snowmpm.scenes.formula import compiled
 from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
@@ -173,24 +170,6 @@ class Model:
         """Gravity at time zero (dim,) [m/s2]."""
         return np.asarray(self.scene.gravity_vector) if self.gravity is None else self.gravity.at(0.0)
 
-    def forcing(self):
-        """`Forcing` of the scene, false if there is none; its time starts at time zero."""
-        scene = self.scene
-        names, ends = [body.name for body in scene.bodies], [*self.body_starts, len(self.population.volumes)]
-        fields = []
-        for i, spec in enumerate(scene.forces):
-            if (acts := resolved(type(spec).ACTS)) is None:  # of a component
-                continue
-            body = names.index(spec.body) if getattr(spec, "body", None) is not None else None
-            numbers = None if body is None else (ends[body], ends[body + 1])
-            try:
-                fields.append(acts(spec, scene.dimension, scene.base_dir, f"forces.{i}",
-                                   lambda text: compiled(text, scene.dimension), numbers,
-                                   self.surface.system if self.surface else None))
-            except InputError as error:
-                raise InputError(f"{scene.source}: {error}") from None
-        return Forcing(self.gravity, fields, Damping(scene.damping) if scene.damping else None)
-
     def at_rest(self):
         """The particles in balance with their weight, by the static solver of the method (`MethodEntry.relax`); None
         where there is none, or no balance is found."""
@@ -205,9 +184,7 @@ class Model:
         """The solver of this scene at time zero. population: in place of its particles."""
         if self.scene.zone:
             return resolved("snowmpm.handover.nesting:nested")(self, population)
-        solver, forcing = self._solver(population), self.forcing()
-        if forcing:
-            solver.force(forcing)
+        solver = self._solver(population)
         if self.scene.water and self.scene.water.scheme == "u_p":
             solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
         return solver

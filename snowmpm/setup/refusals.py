@@ -55,17 +55,10 @@ def demands(scene, later=False):
             continue
         soaked = event.kind in OF_WATER.get(scene.water.scheme if scene.water else "", ())
         yield scene.water.NEEDS if soaked else event.NEEDS, True, f"events.{i}.kind", event.kind
-    if isinstance(scene.gravity, Gravity):
-        yield "forcing", True, "gravity", "a table"
-    for i, force in enumerate(scene.forces):
-        if force.NEEDS:
-            yield force.NEEDS, True, f"forces.{i}.kind", force.kind
     for component in components.used(scene):
         for key, value in component.asked(scene):
             if not (later and able.plan and key.startswith("materials.")):  # columns have no strength
                 yield component.name, True, key, value
-    if scene.damping:
-        yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
         key = "split" if scene.water.scheme == "u_p" and (able.water or able.solved_water) else "scheme"
         yield scene.water.NEEDS, True, f"water.{key}", getattr(scene.water, key)
@@ -149,8 +142,10 @@ def _refuse_zone(scene):
 
 
 def _refuse_uncomputed(scene):
-    """Raise InputError for a key of a law that a component computes, where there is no such component."""
+    """Raise InputError for keys that a component computes, where there is no such component."""
     asked = {key for component in components.used(scene) for key, _ in component.asked(scene)}
+    if isinstance(scene.gravity, Gravity) and "gravity" not in asked:
+        raise InputError.at("gravity", "a table", "is computed by a component that is not there", scene.source)
     for name, law in scene.materials.items():
         for key, value in law.of_components.items():
             if f"materials.{name}.{key}" not in asked:

@@ -4,7 +4,6 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
-from snowmpm.scenes.gravity import Gravity
 from snowmpm.schemes import TRANSFERS
 
 
@@ -95,10 +94,7 @@ def _refuse_beside_seepage(scene):
             raise InputError.at(f"domain.boundary.{name}", side, 'must be "slip", "symmetric" or "open" beside'
                                 ' water.scheme = "seepage"', scene.source)
     found = {"terrain.kind": scene.terrain and scene.terrain.kind,
-             "obstacles.0.name": scene.obstacles and scene.obstacles[0].name,
-             "forces.0.kind": scene.forces and scene.forces[0].kind,
-             "gravity": "a table" if isinstance(scene.gravity, Gravity) else None,
-             "damping.coefficient": scene.damping and scene.damping.coefficient}
+             "obstacles.0.name": scene.obstacles and scene.obstacles[0].name}
     for key, value in found.items():
         if value:
             raise InputError.at(key, value, 'does not go with water.scheme = "seepage": sides of the domain hold it,'

@@ -29,6 +29,14 @@ class Adapter:
     def begin(self, solver: Any) -> None:
         """The solver has its particles and grid, and its clock is at zero."""
 
+    def before_step(self, dt: float, pushed: float) -> float:
+        """Nothing of a step of dt [s] is done; -> the time for which forces act in it [s], in place of `pushed`."""
+        return pushed
+
+    def around(self) -> Any:
+        """Of steps that are solved for: pressure around the particles (n,) [Pa], and what books its work, work [J] ->
+        None; None without."""
+
     def field_pairs(self, solver: Any, population: Any) -> Any:
         """What passes between the velocity fields of a `Population` where they meet (`mpm.kernel_api.FieldPairs`); the
         solver has its particles, and no grid yet."""
@@ -69,6 +77,9 @@ class Adapter:
     def after_gather(self, dt: float) -> None:
         """The particles have moved."""
 
+    def after_step(self, dt: float) -> None:
+        """All forces have acted, and nothing of the step is booked yet."""
+
     def end_step(self, dt: float) -> None:
         """All else of the step is done, and the clock has not advanced yet."""
 
@@ -96,6 +107,14 @@ class Adapter:
         """Energy that it gave the snow since time zero [J]."""
         return 0.0
 
+    def damping_work(self) -> float:
+        """Energy that it took by damping since time zero [J]."""
+        return 0.0
+
+    def potential_energy(self) -> float | None:
+        """What stands in for -m g.x of the snow where gravity changes [J]; None: nothing does."""
+        return None
+
     def impulses(self) -> list[Floats]:
         """Impulses (dim,) [N s] that it gave, each for itself, since they may cancel."""
         return []
@@ -116,14 +135,18 @@ class Adapter:
         """Take over what `state()` gave."""
 
 
-HOOKS = ("field_pairs", "friction", "intake", "before_scatter", "after_scatter", "terms", "strain", "meet_surfaces",
-         "before_ground", "after_ground", "before_gather", "after_gather", "end_step", "limit_dt")
+HOOKS = ("before_step", "after_step", "around", "field_pairs", "friction", "intake", "before_scatter", "after_scatter",
+         "terms", "strain", "meet_surfaces", "before_ground", "after_ground", "before_gather", "after_gather",
+         "end_step", "limit_dt")
 
 
 class Adapters:
     """Adapters of a solver, in the order in which they act; for each hook, by its name, the list of those that have
     it."""
 
+    before_step: list[Callable[..., float]]
+    after_step: list[Callable[..., None]]
+    around: list[Callable[..., Any]]
     field_pairs: list[Callable[..., Any]]
     friction: list[Callable[..., tuple[Any, Any]]]
     intake: list[Callable[..., Any]]
@@ -141,6 +164,15 @@ class Adapters:
 
     def __init__(self, adapters: Iterable[Adapter] = ()) -> None:
         self._all = tuple(adapters)
+        self._find_hooks()
+
+    def add(self, adapter: Adapter, solver: Any) -> None:
+        """Let one more act in a solver that runs, after the others."""
+        self._all = (*self._all, adapter)
+        self._find_hooks()
+        adapter.begin(solver)
+
+    def _find_hooks(self) -> None:
         for hook in HOOKS:
             setattr(self, hook, [getattr(one, hook) for one in self._all
                                  if getattr(type(one), hook) is not getattr(Adapter, hook)])

@@ -93,8 +93,6 @@ class Method(ABC):
     """of the last step"""
     unconverged: int
     """return maps that failed since time zero"""
-    forcing: Any = None
-    """`forcing.Forcing` that acts on the particles, or None"""
     adapters: Adapters = NONE
     """of the components at work"""
     water: Any = None
@@ -167,10 +165,6 @@ class Method(ABC):
     def accelerate(self, gain: Floats) -> None:
         """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows; counts as a load."""
         raise NotImplementedError(f"{type(self).__name__} takes no push")
-
-    def force(self, forcing: Any) -> None:
-        """Let a `forcing.Forcing` act from now on."""
-        raise NotImplementedError(f"{type(self).__name__} takes no forcing")
 
     def fill_pores(self, water: Any, shorten: bool = True) -> None:
         """Let the water of the particles' column "water" flow and press from now on: a `water.pore_water.PoreWater`;

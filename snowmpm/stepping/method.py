@@ -53,16 +53,9 @@ class Solver(Method):
         self.time, self.steps, self.damping_factor = 0.0, 0, 1.0
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
-        self.forcing = self.water = None
+        self.water = None
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])
-
-    def force(self, forcing):
-        """Let a `forcing.Forcing` act from now on: its fields and damping, and its gravity if that changes."""
-        self.forcing = forcing
-        if forcing.course:
-            self.set_gravity(forcing.course.at(0.0))
-            self.particles.weightless()
 
     def fill_pores(self, water, shorten=True):
         """Let a `water.pore_water.PoreWater` act from now on; shorten: by steps as short as it asks for, of a scene
@@ -85,16 +78,19 @@ class Solver(Method):
 
     def _act(self, dt):
         """What acts beside stress and contact, before a step; -> the time for which forces act in it [s]."""
-        pushed = self.forcing.act(self, dt) if self.forcing else dt
+        pushed = dt
+        for act in self.adapters.before_step:
+            pushed = act(dt, pushed)
         if self.water:
             self.water.act(self)
         return pushed
 
     def _advance_clock(self, dt, pushed):
         """After a step of dt [s] in which forces acted for the time `pushed` [s]."""
-        if self.forcing:
+        if self.adapters.after_step:
             with runtime.precision(self.precision):
-                self.forcing.close(self, dt)
+                for act in self.adapters.after_step:
+                    act(dt)
         self.weight_impulse += pushed * self.particles.mass * self.gravity
         if self.water:
             with runtime.precision(self.precision):
@@ -225,8 +221,8 @@ class Solver(Method):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
         self._loaded[:], self.weight_impulse[:], self.momentum_gain[:] = 0.0, 0.0, 0.0
-        for acting in ([self.forcing] if self.forcing else []) + [*self.adapters]:
-            acting.restart()
+        for one in self.adapters:
+            one.restart()
         if self.water:
             self.water.begin(self)
 
@@ -237,7 +233,6 @@ class Solver(Method):
             "steps": self.steps, "loaded": self._loaded.copy(), "weight_impulse": self.weight_impulse.copy(),
             "momentum_gain": self.momentum_gain.copy(),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
-            "forcing": self.forcing.state() if self.forcing else {},
             **({"components": self.adapters.state()} if self.adapters else {}),
             **({"water": self.water.state()} if self.water else {}),
         }
@@ -255,8 +250,6 @@ class Solver(Method):
         self.momentum_gain[:] = state.get("momentum_gain", 0.0)
         self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
         self.n_plastic = state["n_plastic"]
-        if self.forcing:
-            self.forcing.restore(state["forcing"])
         if self.adapters:
             self.adapters.restore(state["components"])
         if self.water:

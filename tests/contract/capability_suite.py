@@ -137,27 +137,6 @@ def _gone(simulation):
     assert n > 0 and simulation.n_particles == 0
 
 
-def _blown_at(method):
-    dim = given.least_dimension(method)
-    return _free(method, forces=[{"kind": "acceleration", "value": [str(x) for x in given.point(dim, 3.0, 0.0)]}])
-
-
-def _flies_off(simulation):
-    reach(simulation, 0.005)
-    v = simulation.particles["velocity"]
-    assert v[:, 0].mean() == pytest.approx(3.0 * simulation.time, rel=1e-9)
-
-
-def _tilted(method):
-    return _free(method, gravity={"times": [0.0, 1.0], "values": [given.G, given.G], "tilts": [30.0, 30.0]})
-
-
-def _slides_along(simulation):
-    reach(simulation, 0.005)
-    v = simulation.particles["velocity"].mean(axis=0)
-    assert np.linalg.norm(v) == pytest.approx(given.G * simulation.time, rel=1e-6) and abs(v[0]) > 0.4 * abs(v[-1])
-
-
 def _saw(method):
     return Simulation(snowmpm.load_scene("pst_2d", {
         "solver.method": method, "solver.dx": 0.04, "saw_test.length": 1.2, "initial.stress": "geostatic"}))
@@ -238,8 +217,6 @@ CAPABILITIES = {
     "cuts": Asked(_cut, _bonds_gone),
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
-    "forces": Asked(_blown_at, _flies_off),
-    "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
     "two_velocities": Asked(_with_moving_water, _falls_together),
     "seepage": Asked(_with_seepage, _seeps_down),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from snowmpm.methods import METHODS
+from snowmpm.registry import COMPONENTS
 from snowmpm.scenes.schema import Scene
 
 DX, SIDE, G = 0.1, 0.4, 9.81
@@ -136,7 +137,8 @@ def eventful(method, dim=None, **changes):
     if can.obstacles:
         tables["obstacles"] = [{"name": "wall", "shape": {
             "kind": "box", "min": point(dim, 0.64, -0.6, -0.4), "max": point(dim, 0.94, 0.5, 0.8)}}]
-    if can.forcing:
+    forcing = COMPONENTS.get("forcing_and_damping")
+    if forcing and forcing.supports(method) and not can.solves:
         tables["gravity"] = {"times": [0.0, 0.02], "values": [G, 9.0], "tilts": [0.0, 5.0]}
         tables["forces"] = [
             {"kind": "acceleration", "value": ["sin(40*t) - 0.1*vx", *["0.3*vy"] * (dim - 2), "0.2"],

@@ -107,7 +107,7 @@ WIND = {"kind": "acceleration", "value": ["1 - vx", 0.0]}
     ({"forces": [{"kind": "acceleration"}]}, "needs value or file, and not both"),
     ({"forces": [{"kind": "pressure", "value": "x +"}]}, 'must be a formula such as "2.0*sin(3.0*t)"'),
     ({"forces": [{"kind": "pressure", "value": 1.0, "acts_on": "surfaces"}]}, "did you mean surface?"),
-    ({"forces": [{"kind": "wind"}]}, 'forces.0.kind = "wind": must be one of "acceleration", "pressure"'),
+    ({"forces": [{"kind": "wind"}]}, 'forces.0.kind = "wind": must be one of "traction", "follower_pressure"'),
     ({"forces": [{"kind": "traction", "name": "pull", "body": "slap", "value": [1.0, 0.0]}]},
      'forces.0.body = "slap": must be one of the bodies'),
     ({"forces": [{"kind": "displacement", "name": "grip", "body": "slab", "value": [1.0, 0.0], "contact": "stik"}]},

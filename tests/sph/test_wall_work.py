@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.forced_block import SNOW, run, stage
+from tests.components.forcing_and_damping.forced_block import SNOW, run, stage
 
 
 @pytest.mark.parametrize("ground", ["slip", "stick"])

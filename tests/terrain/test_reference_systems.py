@@ -12,8 +12,8 @@ import pyproj
 import pytest
 from pydantic import TypeAdapter
 
+from snowmpm.components.forcing_and_damping.fields import Acceleration
 from snowmpm.errors import InputError
-from snowmpm.forcing.fields import Acceleration
 from snowmpm.scenes.forces import AnyForce
 from snowmpm.scenes.formula import compiled
 from snowmpm.seeding.regions import read_regions

@@ -30,7 +30,6 @@ class Part(Spec):
 class _OnFace(Valued):
     """What acts on the surface that a body has at time zero, or on a part of it."""
 
-    NEEDS: ClassVar = ""
     name: Name
     """of its columns in the history"""
     body: str

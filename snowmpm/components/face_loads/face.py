@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snowmpm.forcing.fields import Field
+from snowmpm.prescribed.field import Field
 
 
 @dataclass

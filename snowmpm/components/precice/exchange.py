@@ -28,8 +28,10 @@ LIBRARY = "precice"
 def library(key, source):
     """The Python bindings of preCICE. InputError: they are not installed, or do not find the library."""
     try:
-        return importlib.import_module(LIBRARY)
-    except (ImportError, RuntimeError) as error:  # the second where its MPI is missing
+        module = importlib.import_module(LIBRARY)
+        module.Participant  # noqa: B018  a folder of this name in the working folder is a module, too
+        return module
+    except (AttributeError, ImportError, RuntimeError) as error:  # the last where its MPI is missing
         raise InputError(f"{source}: {key}: needs preCICE 3 with its Python bindings ({shown_line(error, 200)})\n"
                          "install the library (precice.org/installation-overview.html), then: pip install pyprecice"
                          ) from None

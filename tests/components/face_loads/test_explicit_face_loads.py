@@ -7,7 +7,7 @@ import snowmpm
 from snowmpm.errors import InputError
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
-from tests.support.forced_block import SNOW, centre, mean_velocity, run, scene_of, stage
+from tests.components.forcing_and_damping.forced_block import SNOW, centre, mean_velocity, run, scene_of, stage
 
 TOP = {"min": [-1.0, 0.4], "max": [1.0, 0.4]}
 

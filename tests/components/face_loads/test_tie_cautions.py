@@ -4,7 +4,7 @@ from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.running.description import describe
 from snowmpm.running.simulation import Simulation
-from tests.support.forced_block import scene_of
+from tests.components.forcing_and_damping.forced_block import scene_of
 
 
 def told(**force):

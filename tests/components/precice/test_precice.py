@@ -17,7 +17,9 @@ from snowmpm import Simulation, load_scene
 from tests.components.precice.coupled_plate import computed, config, scene
 from tests.support.project import ROOT
 
-pytestmark = pytest.mark.skipif(importlib.util.find_spec("precice") is None, reason="preCICE is not installed")
+BINDINGS = importlib.util.find_spec("precice")
+pytestmark = pytest.mark.skipif(BINDINGS is None or BINDINGS.loader is None or BINDINGS.origin is None,
+                                reason="preCICE is not installed")
 
 
 @pytest.fixture(autouse=True)

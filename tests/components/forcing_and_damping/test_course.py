@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError
-from snowmpm.forcing.course import Course
+from snowmpm.prescribed.course import Course
 from snowmpm.scenes.gravity import Gravity
 
 

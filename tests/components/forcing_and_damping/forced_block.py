@@ -1,5 +1,6 @@
 """Small scenes with forces, made of numbers."""
 
+from snowmpm.components.forcing_and_damping.declare import IN_TIME
 from snowmpm.methods import who_can
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
@@ -7,7 +8,7 @@ from snowmpm.scenes.schema import Scene
 SNOW = {"kind": "elastic", "density": 400.0, "youngs_modulus": 1e6, "poisson_ratio": 0.0}
 FREE = {"min": [-5.0, -8.0], "max": [5.0, 8.0]}
 BLOCK = {"kind": "box", "min": [0.0, 0.0], "max": [0.4, 0.4]}
-METHODS = [name for name in who_can("forcing") if name in who_can("dimensions", 2)]
+METHODS = [name for name in IN_TIME if name in who_can("dimensions", 2)]
 
 
 def scene_of(method="mpm", *, dx=0.1, precision="f64", shape=BLOCK, velocity=None, material=SNOW, **keys):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError, SimulationError
-from tests.support.forced_block import METHODS, SNOW, centre, mean_velocity, run, stage
+from tests.components.forcing_and_damping.forced_block import METHODS, SNOW, centre, mean_velocity, run, stage
 
 G, WATER = 9.81, 1000.0
 
@@ -50,7 +50,7 @@ def test_table(tmp_path):
     (tmp_path / "wind.csv").write_text("\n".join(["time,x,az", *rows[::-1]]))
     force = {"kind": "acceleration", "file": str(tmp_path / "wind.csv")}
     sim = stage(forces=[force])
-    field = sim.solver.forcing.fields[0]
+    field = sim.solver.adapters["forcing_and_damping"].fields[0]
     x = np.array([[0.5, 0.0], [-1.0, 3.0], [9.0, 0.0]])
     np.testing.assert_allclose(field.acceleration(x, 0.0 * x, 0.5), [[0.0, 5.5], [0.0, 5.0], [0.0, 7.0]])
     np.testing.assert_allclose(field.acceleration(x, 0.0 * x, 7.0)[:, 1], [10.5, 10.0, 12.0])

@@ -4,7 +4,7 @@ along the ground exceeds what friction holds, and stops when its speed is spent.
 import numpy as np
 import pytest
 
-from tests.support.forced_block import METHODS, centre, run, stage
+from tests.components.forcing_and_damping.forced_block import METHODS, centre, run, stage
 
 G, MU = 9.81, 0.3
 TIMES = [0.0, 0.05, 0.1, 0.25, 0.3, 0.5, 0.55, 0.7, 0.75]

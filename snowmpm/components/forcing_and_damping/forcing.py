@@ -12,27 +12,45 @@ import math
 import numpy as np
 
 from snowmpm.compiler import runtime
-from snowmpm.forcing.damping import decay
-from snowmpm.forcing.particle_kernels import particle_kernels
+from snowmpm.components.forcing_and_damping.damping import decay
+from snowmpm.components.forcing_and_damping.particle_kernels import particle_kernels
+from snowmpm.stepping.component import Adapter
 
 
-class Forcing:
+class Forcing(Adapter):
     """course: `Course` of gravity that changes, or None; fields: `Field`s; damping: `Damping` or None.
 
-    Energies [J] since the start: gravity_work, which changing gravity did; force_work, by the fields; damping_work,
-    taken by damping.
+    gravity_work: energy [J] that changing gravity gave since the start.
     """
+
+    name = "forcing_and_damping"
 
     def __init__(self, course=None, fields=(), damping=None):
         self.course, self.fields, self.damping = course, list(fields), damping
-        self.restart()
+        self.gravity_work, self._force_work, self._damping_work = 0.0, 0.0, 0.0
 
-    def __bool__(self):
-        return bool(self.course or self.fields or self.damping)
+    def begin(self, solver):
+        """Take the solver's particles, and its gravity if that changes."""
+        self._solver = solver
+        if self.course:
+            solver.set_gravity(self.course.at(0.0))
+            solver.particles.weightless()
 
     def restart(self):
         """Time zero is now: totals start again."""
-        self.gravity_work, self.force_work, self.damping_work = 0.0, 0.0, 0.0
+        self.gravity_work, self._force_work, self._damping_work = 0.0, 0.0, 0.0
+
+    def force_work(self):
+        """By the fields [J]."""
+        return self._force_work
+
+    def damping_work(self):
+        """Taken by damping [J]."""
+        return self._damping_work
+
+    def potential_energy(self):
+        """Minus the work of gravity that changes [J]."""
+        return -self.gravity_work if self.course else None
 
     def to_come(self, time):
         """Whether gravity, a force or damping will change after `time` [s], so that snow at rest may move again."""
@@ -41,8 +59,9 @@ class Forcing:
 
     # ---- the step -------------------------------------------------------------------------------------------------
 
-    def act(self, solver, dt):
-        """Before the forces of a step of dt [s]: gravity, fields, damping; -> the time for which forces act [s]."""
+    def before_step(self, dt, pushed):
+        """Gravity, fields, damping of a step of dt [s]; -> the time for which forces act [s]."""
+        solver = self._solver
         settling = solver.damping_factor < 1.0
         time, span = (0.0, 0.0) if settling else (solver.time, dt)
         self._confined, self._c = None, 0.0
@@ -61,24 +80,28 @@ class Forcing:
             self._push(solver, acting, time + 0.5 * span, damping_factor, pushed)
         return pushed
 
-    def taken_over(self):
-        """Pressure around the particles [Pa], 0 far from them, in the rows of this step (n,), None without; for a
-        solver that puts it among its equations, and books its work."""
+    def around(self):
+        """Pressure around the particles [Pa], 0 far from them, in the rows of this step (n,), and what books its work,
+        or None: for a solver that puts it among its equations."""
         if self._confined is None:
             return None
         pressure, self._confined = self._confined[2], None
-        return pressure
+        return pressure, self._book
 
-    def close(self, solver, dt):
-        """After a step of dt [s]: the work of gravity, damping and pressures."""
+    def _book(self, work):
+        self._force_work += work
+
+    def after_step(self, dt):
+        """The work of gravity, damping and pressures."""
+        solver = self._solver
         if self._confined is not None:
             force, ratio, _ = self._confined
-            self.force_work -= float(force @ (self._read(solver)[:, -1] - ratio))
+            self._force_work -= float(force @ (self._read(solver)[:, -1] - ratio))
         if self.course or self._c > 0.0:
             momentum, square = self._sums(solver)
             self.gravity_work += dt * float(momentum @ solver.gravity)
             if self._c > 0.0:
-                self.damping_work += 0.5 * math.tanh(self._c * dt) * (self._square + square)
+                self._damping_work += 0.5 * math.tanh(self._c * dt) * (self._square + square)
 
     def _slow(self, solver, damping_factor):
         """Keep the share `damping_factor` of all motion."""
@@ -111,7 +134,7 @@ class Forcing:
         kernels.push(store.reals, store.slot_offset, gain, store.count)
         # While an initial state settles, the step that follows takes its share of this, too
         solver.add_impulse((mass @ gain) * (solver.damping_factor if solver.DAMPED_IMPULSE else 1.0))
-        self.force_work += float(mass @ (gain * (v + 0.5 * gain)).sum(axis=1))
+        self._force_work += float(mass @ (gain * (v + 0.5 * gain)).sum(axis=1))
         if store.fluid is not None:  # a pressure on the surface bears on the skeleton
             pressure[store.material.to_numpy()[: store.count] == store.fluid] = 0.0
         if pressure.any():
@@ -143,12 +166,12 @@ class Forcing:
 
     def state(self):
         """All that a bitwise continuation needs, by name."""
-        works = {name: getattr(self, name) for name in ("gravity_work", "force_work", "damping_work")}
-        return {**works, "damping": self.damping.state() if self.damping else {}}
+        return {"gravity_work": self.gravity_work, "force_work": self._force_work, "damping_work": self._damping_work,
+                "damping": self.damping.state() if self.damping else {}}
 
     def restore(self, state):
         """Take over what `state()` gave."""
-        for name in ("gravity_work", "force_work", "damping_work"):
-            setattr(self, name, state[name])
+        self.gravity_work, self._force_work = state["gravity_work"], state["force_work"]
+        self._damping_work = state["damping_work"]
         if self.damping:
             self.damping.restore(state["damping"])

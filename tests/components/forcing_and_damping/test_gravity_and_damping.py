@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.forced_block import METHODS, SNOW, centre, mean_velocity, run, stage
+from tests.components.forcing_and_damping.forced_block import METHODS, SNOW, centre, mean_velocity, run, stage
 
 G = 9.81
 

@@ -1,0 +1,1 @@
+"""Accelerations, pressures and damping on all snow, and gravity that changes."""

@@ -1,0 +1,5 @@
+"""Forces in explicit MPM."""
+
+from snowmpm.components.forcing_and_damping.acting import adapter
+
+__all__ = ["adapter"]

@@ -1,0 +1,1 @@
+"""Numbers that a scene prescribes in place and time: formulas, tables, gravity."""
