@@ -21,4 +21,11 @@ def have_parted(simulation):
     np.testing.assert_allclose(v, np.where(own == 1, 1.0, -1.0), atol=1e-9)
 
 
+def part(method):
+    """What a scene needs for it, beside other components: a body under the block."""
+    dim = given.least_dimension(method)
+    shape = given.box(dim, (0.0, -given.SIDE - 0.06), (given.SIDE, -0.06))
+    return {"bodies": [given.body(shape, "two", contact="separate")]}
+
+
 ASKED = two_bodies, have_parted

@@ -21,4 +21,10 @@ def grows(simulation):
     assert abs(row["mass"] - before - row["entrained_mass"]) < 1e-9 * before
 
 
+def part(method):
+    """What a scene needs for it, beside other components."""
+    return {"gravity": given.G, "terrain": {**given.ground(method), "entrainment": {
+        "law": "rate", "growth_rate": 0.5, "thickness": 0.1}}}
+
+
 ASKED = over_snow_cover, grows

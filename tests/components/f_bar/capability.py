@@ -31,4 +31,9 @@ def has_one_volume_a_cell(simulation):
     assert simulation.audit()["momentum_residual"] < (implicit.tolerance if implicit else 1e-11)
 
 
+def part(method):
+    """What a scene needs for it, beside other components."""
+    return {"solver": {"implicit": {"f_bar": True}} if method == "implicit" else {"f_bar": True}}
+
+
 ASKED = squeezed, has_one_volume_a_cell

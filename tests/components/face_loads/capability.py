@@ -22,4 +22,10 @@ def follows_its_surface(simulation):
     assert pull[0] > 0.0 and np.allclose(momentum(simulation) - before, pull, rtol=0.0, atol=1e-9 * pull[0])
 
 
+def part(method):
+    """What a scene needs for it, beside other components."""
+    return {"forces": [{"kind": "traction", "name": "pull", "body": "one",
+                        "value": given.point(given.least_dimension(method), 30.0, 0.0)}]}
+
+
 ASKED = pulled, follows_its_surface

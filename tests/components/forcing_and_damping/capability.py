@@ -19,4 +19,11 @@ def flies_off(simulation):
     assert v[:, 0].mean() == pytest.approx(3.0 * simulation.time, rel=1e-9)
 
 
+def part(method):
+    """What a scene needs for it, beside other components."""
+    wind = [str(x) for x in given.point(given.least_dimension(method), 3.0, 0.0)]
+    damped = {} if given.able(method).solves else {"damping": {"coefficient": 1.0}}
+    return {"forces": [{"kind": "acceleration", "value": wind}], **damped}
+
+
 ASKED = blown_at, flies_off

@@ -21,4 +21,9 @@ def loses_snow(simulation):
     assert abs(row["mass"] + row["laid_mass"] - before) < 1e-6 * before
 
 
+def part(method):
+    """What a scene needs for it, beside other components."""
+    return {"gravity": given.G, "terrain": {**given.ground(method), "deposition": {"time": 0.1}}}
+
+
 ASKED = through_trees, loses_snow

@@ -4,6 +4,7 @@ import numpy as np
 
 import snowmpm
 from snowmpm.running.simulation import Simulation
+from tests.contract import method_examples as given
 from tests.contract.method_suite import steps
 
 
@@ -18,6 +19,18 @@ def is_carried(simulation):
     steps(simulation, 5)
     np.testing.assert_allclose(simulation.solver.totals.impulse, -simulation.solver.totals.weight_impulse, rtol=0.1,
                                atol=1.0)
+
+
+def part(method):
+    """What a scene needs for it, beside other components: a layer on the ground under the block."""
+    dim, top = given.least_dimension(method), 0.05
+    across = {} if dim == 2 else {"y": [0.0, given.SIDE]}
+    region = {"region": {"x": [0.0, given.SIDE], **across}}
+    layer = {"name": "weak", "material": "weak", "shape": {"kind": "layer", "bottom": 0.0, "top": top, **region},
+             "interface": 2}
+    slab = {"name": "one", "shape": given.box(dim, (0.0, top), (given.SIDE, top + given.SIDE))}
+    return {"terrain": given.ground(method), "solver": {"transfer": "aflip"}, "bodies": [slab, layer],
+            "materials": {"weak": {"kind": "elastic", "density": 100.0, "youngs_modulus": 1e5, "poisson_ratio": 0.2}}}
 
 
 ASKED = on_points, is_carried

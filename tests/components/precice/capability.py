@@ -1,5 +1,6 @@
 """How a scene asks for a structure of another program, and what shows that it takes part."""
 
+import contextlib
 import sys
 import tempfile
 from pathlib import Path
@@ -29,6 +30,17 @@ def is_met(simulation):
     row, plate = simulation.audit(), simulation.solver.adapters["structures"].rods.rods[0].rod
     assert plate.given[0] > 0.0 and abs(plate.answered).max() > 0.0
     assert row["momentum_residual"] < 1e-11
+
+
+@contextlib.contextmanager
+def part_of(method):
+    """Context: what a scene needs for it, beside other components: a plate above the block."""
+    dim = given.least_dimension(method)
+    corners = [given.point(dim, x, given.SIDE + 0.17, 0.2) for x in (-0.4, 0.3)]
+    with tempfile.TemporaryDirectory() as folder, mock.patch.dict(sys.modules, precice=StandIn(plate(), END)):
+        yield {"end_time": END, "structures": [
+            {"name": "plate", "points": corners, "segments": 6, "width": 0.2,
+             "precice": {"file": str(config(Path(folder), END))}}]}
 
 
 ASKED = beside_another_program, is_met

@@ -25,4 +25,12 @@ def pushes_it(simulation):
     assert row["momentum_residual"] < 1e-11 and row["rigid_momentum_residual"] < 1e-11
 
 
+def part(method):
+    """What a scene needs for it, beside other components: a box on the right of the block."""
+    dim = given.least_dimension(method)
+    lower, upper = given.point(dim, given.SIDE + 0.02, 0.06, -0.1), given.point(dim, given.SIDE + 0.6, 0.6, 0.5)
+    return {"obstacles": [{"name": "crate", "shape": {"kind": "box", "min": lower, "max": upper},
+                           "free": {"density": 400.0}}]}
+
+
 ASKED = against_crate, pushes_it

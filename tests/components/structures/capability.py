@@ -22,4 +22,12 @@ def bends_it(simulation):
     assert row["momentum_residual"] < 1e-11 and row["structure_momentum_residual"] < 1e-9
 
 
+def part(method):
+    """What a scene needs for it, beside other components: a mast on the left of the block."""
+    dim = given.least_dimension(method)
+    foot, top = given.point(dim, -0.14, 0.0, 0.2), given.point(dim, -0.14, 0.8, 0.2)
+    return {"structures": [{"name": "mast", "foot": foot, "top": top, "width": 0.2, "youngs_modulus": 1e7,
+                            "density": 1000.0}]}
+
+
 ASKED = against_mast, bends_it
