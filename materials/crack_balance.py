@@ -179,7 +179,7 @@ def crack_balance(most, bulk, names):
                                 works[c], counts[c] = dissipated, count
             # What to do next
             off = t_at - answers
-            size, near = off.norm(), 2.0 * noise
+            size, near = off.norm(), 2.0 * noise * yields
             near += ti.static(by_precision(1e-6, 1e-14)) * (M * at.norm() + t_at.norm() + prm.strength)
             begin_anew = 0
             # The law cannot read too large a strain; in single precision it is taken at its word

@@ -12,6 +12,7 @@ from .crack_balance import Cracks, Trial, crack_balance
 from .crack_planes import DAMAGE, NORMAL, OPENING, PER_CRACK, carried_along, elastic_stress, normal_of, traction
 from .crack_solve import row
 from .elastic import elastic_trial
+from .hencky import hencky_strain
 from .spectral import eigen_of_deviator
 from .symmetric import PAIRS, contract, plus_isotropic, trace
 
@@ -103,7 +104,13 @@ def crack_set_update(most, resets, bulk, names, n_bulk):
             without, cracks = ti.static(Trial(trial, h_trial, tau_trial), Cracks(start, planes, begun, weaker))
             numbers, h_new, tau, driven, inner_new, work, iterations, moved = balance(
                 prm, without, inner, cracks, A, dt)
-            if valid == 0 or moved == -1:
+            if valid == 1 and moved == -1:
+                # Left out: once more for the stress that there was
+                valid, begun, going = 0, 0, 1
+                deviator, volume, _, _ = hencky_strain(h)
+                trial, h_trial = plus_isotropic(deviator, volume / 3.0), h
+                tau_trial = elastic_stress(prm, trial)
+            elif valid == 0:
                 iterations, work = -1, 0.0
             else:
                 n = ti.Vector.zero(float, 3)

