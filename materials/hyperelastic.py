@@ -29,6 +29,14 @@ def expm1(x):
     return value
 
 
+@ti.func
+def straight_expm1(x):
+    """exp(x) - 1 for |x| < 4 SMALL_EXP, without a branch: of a fourth of x, squared twice."""
+    part = expm1_series(0.25 * x)
+    half = part * (2.0 + part)
+    return half * (2.0 + half)
+
+
 class NeoHookeanParameters(NamedTuple):
     """What the update of `NeoHookean` reads."""
 
@@ -54,7 +62,8 @@ def neo_hookean_update(trial, grown, failed):
         mean = ti.static(1.0 / 3.0) * trace(h_new)
         size = prm.G * (1.0 + grown(ti.static(-2.0 / 3.0) * volume))
         tau = plus_isotropic(size * h_new, 0.5 * prm.K * grown(2.0 * volume) - size * mean)
-        return h_new, tau, state, 0.0, ti.select(valid == 1, 0, failed)
+        near = ti.abs(2.0 * volume) < ti.static(4.0 * SMALL_EXP if failed == REDO else np.inf)
+        return h_new, tau, state, 0.0, ti.select(valid == 1 and near, 0, failed)
 
     return update
 
@@ -128,7 +137,7 @@ class NeoHookean(Hyperelastic):
     kind: Literal["neo_hookean"] = "neo_hookean"
 
     update = staticmethod(neo_hookean_update(elastic_trial, expm1, -1))
-    vector_update = staticmethod(neo_hookean_update(small_elastic_trial, expm1_series, REDO))
+    vector_update = staticmethod(neo_hookean_update(small_elastic_trial, straight_expm1, REDO))
     stiffness = staticmethod(neo_hookean_stiffness)
 
     def parameters(self) -> NeoHookeanParameters:
