@@ -128,12 +128,15 @@ def strain_of_volume(h, volume, error):
     """
     w, V = eigen(h)
     noise = round_off_of(w)
-    e = 0.5 * ti.log(ti.max(1.0 + w, noise))
+    floor, tiny = ti.Vector([noise, noise, noise]), ti.static(by_precision(1e-37, 1e-300))
     chosen, known = 0, True
     if ti.static(h.n == 4):
+        # That across the plane is not mixed with the others, and has none of their round-off
+        floor[2] = tiny
         chosen, known = smallest_of(ti.Vector([w[0], w[1]]))
     else:
         chosen, known = smallest_of(w)
+    e = 0.5 * ti.log(ti.max(1.0 + w, floor))
     total, smallest = e.sum(), 0.0
     for i in ti.static(range(3)):
         smallest += ti.select(i == chosen, 1.0 + w[i], 0.0)
