@@ -15,7 +15,7 @@ from tests.contract.method_suite import steps
 
 METHODS = "mpm", "sph", "depth", "implicit"
 PAIRS = [(method, *pair) for method in METHODS for pair in itertools.combinations(
-    [name for name in components.NAMES if COMPONENTS[name].supports(method)], 2)]
+    sorted(component.name for component in components.declared() if component.supports(method)), 2)]
 CONFLICT = "does not go with", "is not computed around"
 
 

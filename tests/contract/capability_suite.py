@@ -226,7 +226,7 @@ CAPABILITIES = {
     "presets": Asked(_along, _changes_something),
 }
 """How each capability that is true or false is asked for."""
-for name in components.NAMES:
+for name in (component.name for component in components.declared()):
     CAPABILITIES[name] = Asked(*importlib.import_module(f"tests.components.{name}.capability").ASKED)
 
 
