@@ -182,7 +182,7 @@ def crack_balance(most, bulk, names):
             size, near = off.norm(), 2.0 * noise * yields
             near += ti.static(by_precision(1e-6, 1e-14)) * (M * at.norm() + t_at.norm() + prm.strength)
             begin_anew = 0
-            # The law cannot read too large a strain; in single precision it is taken at its word
+            # At too large a strain round-off hides the answer; single precision takes every answer
             known = bulk_count >= 0 and noise < ti.static(by_precision(1e9, 1e-3 if wrapped else 1e200)) * scale
             if cracks.begun == 0:
                 going = 0

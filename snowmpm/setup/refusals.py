@@ -154,11 +154,11 @@ def _refuse_uncomputed(scene):
 
 
 def _refuse_narrow_bins(scene):
-    """Raise InputError for a record of a saw test that is finer than what carries its weak layer."""
+    """Raise InputError for a record of a saw test that is finer than the grid or the interface points."""
     test = scene.saw_test
     if test and test.resolution is not None and test.resolution < (least := weak_layer_of(scene).finest):
-        raise InputError.at("saw_test.resolution", test.resolution, f"must be at least {least:g}, the distance of what"
-                            " carries the weak layer", scene.source)
+        raise InputError.at("saw_test.resolution", test.resolution, f"must be at least {least:g}, the spacing of the"
+                            " grid nodes or of the interface points", scene.source)
 
 
 def _refuse_cracks(scene):

@@ -214,7 +214,7 @@ class Adapters:
         return len(self._all)
 
     def __getitem__(self, name: str) -> Adapter:
-        return next(one for one in self._all if one.name == name)
+        return {one.name: one for one in self._all}[name]
 
     def state(self) -> dict[str, Any]:
         """State of each, by name."""
