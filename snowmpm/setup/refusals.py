@@ -145,11 +145,11 @@ def _refuse_uncomputed(scene):
     """Raise InputError for keys that a component computes, where there is no such component."""
     asked = {key for component in components.used(scene) for key, _ in component.asked(scene)}
     if isinstance(scene.gravity, Gravity) and "gravity" not in asked:
-        raise InputError.at("gravity", "a table", "is computed by a component that is not there", scene.source)
+        raise InputError.at("gravity", "a table", "needs a component that is not installed", scene.source)
     for name, law in scene.materials.items():
         for key, value in law.of_components.items():
             if f"materials.{name}.{key}" not in asked:
-                raise InputError.at(f"materials.{name}.{key}", value, "is computed by a component that is not there",
+                raise InputError.at(f"materials.{name}.{key}", value, "needs a component that is not installed",
                                     scene.source)
 
 

@@ -43,9 +43,9 @@ def refuse_elsewhere(scene):
     """Raise InputError for the key of other steps, and for a pressure around snow whose steps are solved for."""
     solver = scene.solver
     if solver.f_bar and solver.method == "implicit":
-        raise InputError.at(EXPLICIT, solver.f_bar, f"is of explicit steps: set {SOLVED}", scene.source)
+        raise InputError.at(EXPLICIT, solver.f_bar, f"applies to explicit steps only: set {SOLVED}", scene.source)
     if solver.implicit and solver.implicit.f_bar and any(force.kind == "pressure" for force in scene.forces):
-        raise InputError.at(SOLVED, True, "does not go with forces that press", scene.source)
+        raise InputError.at(SOLVED, True, 'does not go with forces of kind "pressure"', scene.source)
 
 
 COMPONENTS.add(Component(
