@@ -81,7 +81,7 @@ CASES = {
     "structure, strong coupling": ("flexible_wall_2d", {"structures.0.coupling": "strong"}),
     "loads on surfaces, damping": (DOCS / "membrane_test.toml", {"solver.dx": 0.025}),
     "mean volumes of cells": (DOCS / "sensitive_clay.toml", {"solver.dx": 1.0}),
-    "pore water": (TESTS / "water" / "soaked_slope.toml", {}),
+    "pore water": (TESTS / "components" / "pore_water" / "soaked_slope.toml", {}),
     "two velocities": ("slush_dam_2d", {"solver.dx": 0.1}),
     "seepage": (DOCS / "rockfill_dam.toml", {"solver.dx": 0.1}),
     "means over a length": ("column_collapse_2d", {**COLUMN, "materials.sand": {

@@ -23,13 +23,6 @@ MOST_ARGUMENTS = 8
 TYPED = ("mpm", "sph", "depth", "implicit", "stepping", "particles", "components", "setup", "running", "handover")
 """Packages in which mypy looks into functions without annotations too."""
 
-FEATURES = {
-    "pore water": r"pore_water|PoreWater|fill_pores", "two velocities": r"two_velocities|TwoVelocities",
-    "flow water": r"flow_water|FlowWater",
-}
-"""Optional physics that is not a component yet, and words that name it."""
-
-
 def sources():
     """{path from the root: its text} of the product, each file once."""
     found = {}
@@ -114,9 +107,6 @@ def main():
         outside = [path for path, text in texts.items()
                    if name in text and not path.startswith((own, *above)) and named_in(text, name)]
         rows.append((f"files that name {name}, a component", len(outside), "1"))
-    for name, pattern in FEATURES.items():
-        known = [path for path, text in texts.items() if re.search(pattern, text)]
-        rows.append((f"files that know {name}, no component yet", len(known), "1"))
     for name, value, target in rows:
         print(f"{name:<58} {value!s:>8}   must be {target}")
     if asked.where:

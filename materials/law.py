@@ -75,6 +75,7 @@ class Law(BaseModel):
     FADES: ClassVar[int | None] = None  # index of the STATE variable that strength fades with
     OF_COMPONENTS: ClassVar[tuple[str, ...]] = ()  # keys that a component computes; without one they are refused
     failure_function: ClassVar[Any] = None  # (stress, state) -> > 0 where a law without a yield surface fails
+    IN_PORES: ClassVar[bool] = False  # True of a fluid in the pores of others, which takes no room of its own
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
     YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
     RATE_DEPENDENT: ClassVar[bool] = False  # True where `update` reads dt

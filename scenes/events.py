@@ -16,8 +16,10 @@ class Event(Spec):
     """Base of all tables of events. A table adds its `kind`, NEEDS and ACTS."""
 
     REGISTRIES: ClassVar = (EVENTS,)
-    NEEDS: ClassVar[str]
+    NEEDS: ClassVar[str] = ""
     """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    OF: ClassVar[str] = ""
+    """table of the scene whose component it acts on, if it does (`snowmpm.components.contract.Component.events`)"""
     ACTS: ClassVar[Any]
     """what it does in a run: "module:name" of a callable, or the callable itself, that is given the table, the number
     of the body that it names, or None, and dx [m], and returns a `running.event.Event`"""
@@ -92,7 +94,7 @@ class Remove(Event):
 class _Wetting(Event):
     """Water that comes to the surface of the snow for a while."""
 
-    NEEDS: ClassVar = "water"
+    OF: ClassVar = "water"
     ACTS: ClassVar = "snowmpm.running.water_events:Wetting"
     start: NonNegative = 0.0
     """[s]"""
@@ -136,7 +138,7 @@ class Melt(_Wetting):
 class Drainage(Event):
     """A border lets water out from now on, or no more."""
 
-    NEEDS: ClassVar = "water"
+    OF: ClassVar = "water"
     ACTS: ClassVar = "snowmpm.running.water_events:Drainage"
     kind: Literal["drainage"]
     border: Literal["surface", "ground", "obstacles", "x_min", "x_max", "y_min", "y_max", "z_min", "z_max"]

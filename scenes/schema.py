@@ -26,7 +26,7 @@ from snowmpm.scenes.stop import Stop
 from snowmpm.scenes.switch import Switch, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
-from snowmpm.scenes.water import Water
+from snowmpm.scenes.water import AnyWater
 from snowmpm.scenes.zone import Zone, with_zone
 
 
@@ -93,7 +93,7 @@ class Scene(Glance, Spec):
     events: tuple[AnyEvent, ...] = ()
     forces: Annotated[tuple[AnyForce, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
-    water: Water | None = None
+    water: AnyWater | None = None
     """water in the pores; none when missing"""
     initial: Initial = Initial()
     stop: Stop = Stop()
@@ -252,8 +252,8 @@ def _check_references(scene):
             raise refuse('does not go with initial.stress = "settle", which brings everything to rest',
                          f"bodies.{i}.velocity", body.velocity)
     for i, event in enumerate(scene.events):
-        if event.NEEDS == "water" and scene.water is None:
-            raise refuse("needs water: a table [water]", f"events.{i}.kind", event.kind)
+        if event.OF and getattr(scene, event.OF) is None:
+            raise refuse(f"needs {event.OF}: a table [{event.OF}]", f"events.{i}.kind", event.kind)
     bodies = [body.name for body in scene.bodies]
     _check_names_of_forces(scene)
     for table in ("events", "forces"):

@@ -56,16 +56,6 @@ class Capabilities:
     rows_of_jump: int = 1
     """rows of cells or particles that a jump takes at least, of which a law with a crack has its length: two where
     strains are sums over neighbours, which do not see a zigzag of the rows and so cannot open one row alone"""
-    water: bool = False
-    """water in the pores (`snowmpm.water`)"""
-    two_velocities: bool = False
-    """water with a velocity of its own (`snowmpm.mixture`)"""
-    seepage: bool = False
-    """water that seeps through grains at rest (`snowmpm.seepage`)"""
-    solved_water: bool = False
-    """water in full pores, whose pressure is among the unknowns of a step (`snowmpm.implicit.soaked`)"""
-    flow_water: bool = False
-    """water that moves with the snow, and excess pore pressure over its depth (`snowmpm.depth.pore_pressure`)"""
     saw_test: bool = False
     grid: bool = False
     """a background grid: kernel, gradient, transfer and particles_per_cell of the scene's solver table choose it"""
@@ -90,7 +80,6 @@ class MethodEntry:
     dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides and obstacles,
     and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
-    flow_water, a `water.flow_water.FlowWater`, is for methods with `flow_water`.
     terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", for one with a `grid`
     a coefficient or a `stepping.basal_friction.BasalFriction`, else a `ground.friction.GroundFriction`.
     """
@@ -104,8 +93,6 @@ class MethodEntry:
     relax: str | Callable | None = None
     """"module:name" of a callable, or the callable itself, that brings particles to rest without time: it is given what
     `builder` is, and tolerance, and returns an object with `population`, or None where it cannot"""
-    seeping: str | Callable | None = None
-    """"module:name" of the builder of scenes whose water has scheme = "seepage", or the callable itself"""
     words: str = ""
     """name in captions; the name in capitals when missing"""
 
@@ -122,22 +109,21 @@ class MethodEntry:
 
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, averaged_hats=True, water=True, two_velocities=True,
+        receives=True, averaged_hats=True,
         saw_test=True, grid=True, presets=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
-        filling=1, rows_of_jump=2, seepage=True), options="sph",
-        seeping="snowmpm.seepage.solver:SeepageSolver.of"),
+        filling=1, rows_of_jump=2), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True,
-        thickness_rasters=True, delays=True, flow_water=True,
+        thickness_rasters=True, delays=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False,
         plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, saw_test=True, grid=True, solves=True, solved_water=True),
+        settling=False, saw_test=True, grid=True, solves=True),
         words="implicit MPM"),
 ):
     METHODS.add(entry)

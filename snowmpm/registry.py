@@ -10,7 +10,7 @@ them at once.
 import importlib
 import pkgutil
 import sys
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Annotated, Any, TypeVar, Union, get_args
 
 from snowmpm.errors import InputError
@@ -54,12 +54,14 @@ class Registry(Mapping[str, Any]):
             raise InputError(f"{entry!r}: a {self.what} needs {self.key}: Literal[\"its name\"]")
         return name[0]
 
-    def member(self, *others: type) -> "Member":
+    def member(self, *others: type, usual: Callable[[], str | None] | None = None) -> "Member":
         """Mark of a table that is one of the entries, or one of the `others`:
 
             Material = Annotated[Law, LAWS.member()]
+
+        usual: names the entry of a table without a name.
         """
-        return Member(self, others)
+        return Member(self, others, usual)
 
     def _loaded(self) -> dict[str, Any]:
         if self.home not in sys.modules:
@@ -87,14 +89,22 @@ class Member:
 
     registry: Registry
 
-    def __init__(self, registry: Registry, others: tuple[type, ...]) -> None:
-        self.registry, self._others = registry, others
+    def __init__(self, registry: Registry, others: tuple[type, ...], usual: Callable[[], str | None] | None) -> None:
+        self.registry, self._others, self._usual = registry, others, usual
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        from pydantic import Field
+        from pydantic import Discriminator, Field, Tag
 
-        members = Union[(*self.registry._entries.values(), *self._others)]
-        return handler.generate_schema(Annotated[members, Field(discriminator=self.registry.key)])
+        if self._usual is None:
+            members = Union[(*self.registry._entries.values(), *self._others)]
+            return handler.generate_schema(Annotated[members, Field(discriminator=self.registry.key)])
+        # Marks of members that no key of a scene can be equal to (`scenes.space.tag`), as the table may not name one
+        marked = tuple(Annotated[entry, Tag(f"<{name}>")] for name, entry in self.registry._entries.items())
+        return handler.generate_schema(Annotated[Union[(*marked,)], Discriminator(self._mark)])
+
+    def _mark(self, given: Any) -> str:
+        key, usual = self.registry.key, self._usual and self._usual()
+        return f"<{given.get(key, usual) if isinstance(given, dict) else getattr(given, key, usual)}>"
 
 
 LAWS = Registry("law", "snowmpm.materials")
@@ -102,6 +112,7 @@ GROUND_LAWS = Registry("law of ground friction", "snowmpm.ground", "law")
 EVENTS = Registry("event", "snowmpm.scenes.events")
 FORCES = Registry("force", "snowmpm.scenes.forces")
 SHAPES = Registry("shape of a body", "snowmpm.scenes.shapes")
+WATER = Registry("scheme of water", "snowmpm.components", "scheme")
 OBSTACLES = Registry("shape of an obstacle", "snowmpm.scenes.shapes")
 FIELDS = Registry("field of particles", "snowmpm.particles.fields", "name")
 COMPONENTS = Registry("component", "snowmpm.components", "name")

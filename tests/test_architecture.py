@@ -54,17 +54,15 @@ MAY_IMPORT = {
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
     "prescribed": GROUND,
-    "water": {*GROUND, "compiler", "particles"},
+    "water": {*GROUND, "compiler", "particles", "stepping", "materials"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
     "saw_test": {*GROUND, "components", "compiler", "particles", "scenes", "materials"},
     "results": {*GROUND, "compiler", "particles"},
     "micro": {*GROUND, "compiler", "seeding", "materials"},  # the laws that tests of grains are fitted with
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
-    # MPM as well: the same splines and lines of contact; water: the flow between the cells of its pores
-    "implicit": {*GROUND, *SHARED, "mpm", "materials", "water"},
-    "mixture": {*GROUND, *SHARED, "mpm", "materials", "water"},  # on the nodes of MPM
-    "seepage": {*GROUND, *SHARED, "materials", "water"},
+    # MPM as well: the same splines and lines of contact
+    "implicit": {*GROUND, *SHARED, "mpm", "materials"},
     "setup": {*GROUND, "components", *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, "components", *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
@@ -90,7 +88,6 @@ FORBIDDEN = {
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
     "implicit": PICTURES | {"h5py", "typer", "rich"},
-    "seepage": PICTURES | {"h5py", "typer", "rich"},
     **dict.fromkeys(("compiler", "particles", "stepping", "results", "micro"),
                     PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | {"h5py", "trimesh", "typer", "rich"}),

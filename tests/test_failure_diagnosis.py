@@ -2,7 +2,7 @@
 
 import pytest
 
-from snowmpm import Simulation
+from snowmpm import Simulation, components
 from snowmpm.errors import SimulationError
 from snowmpm.running.failure import diagnose
 from snowmpm.scenes.schema import Scene
@@ -41,12 +41,12 @@ def test_a_step_beyond_the_elastic_limit():
 def test_a_step_beyond_undrained_waves():
     """Of pore water with the explicit split alone: the other one does not follow these waves."""
     simulation = soaked_column(split="explicit", surface="sealed", pressure=9e3)
-    dt = simulation.solver.critical_dt()[0]
-    said = diagnose(simulation.scene.solver, simulation.solver, 4.0 * dt)
+    dt, more = simulation.solver.critical_dt()[0], components.symptoms(simulation.scene)
+    said = diagnose(simulation.scene.solver, simulation.solver, 4.0 * dt, more)
     assert 'looks like "undrained_step"' in said and "semi_implicit" in said
-    assert "undrained_step" not in str(diagnose(simulation.scene.solver, simulation.solver, 2.0 * dt))
+    assert "undrained_step" not in str(diagnose(simulation.scene.solver, simulation.solver, 2.0 * dt, more))
     other = soaked_column(surface="sealed", pressure=9e3)
-    assert "undrained_step" not in str(diagnose(other.scene.solver, other.solver, 4.0 * dt))
+    assert "undrained_step" not in str(diagnose(other.scene.solver, other.solver, 4.0 * dt, more))
 
 
 @pytest.mark.parametrize(("extremes", "entry"), [

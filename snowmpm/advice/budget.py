@@ -41,7 +41,7 @@ class Budget:
     def __init__(self, facts, threads=1, speed=None):
         self.facts, scene = facts, facts.scene
         self.scheme = costs.Scheme.of(scene)
-        laws = facts.model.laws_of_phases
+        laws = facts.model.all_laws
         kinds = list(dict.fromkeys(law.kind for law in laws))
         counts = np.bincount(facts.model.population.material, minlength=len(laws))
         self.particles = {kind: int(sum(n for n, law in zip(counts, laws, strict=True) if law.kind == kind))
@@ -133,13 +133,11 @@ class Budget:
                          stages["blocks"] + stages["nodes"]))
             rows.append(("contact", f"{crowd.contact_blocks} blocks near {crowd.surfaces} surfaces", stages["contact"]))
             rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
-        if scheme.water:
-            rows.append(("water", "pressure in the pores", stages["water"]))
         for name, work in crowd.components.items():
             if not work:
                 continue
             counts = ", ".join(f"{n} {what}s" for what, n in work.items()
-                               if n and what not in costs.ONCE and not what.startswith("followed"))
+                               if n and not what.endswith(costs.ONCE) and not what.startswith("followed"))
             shorter = self._shortened.get(name, 1.0)
             rows.append((COMPONENTS[name].words, counts + (
                 f", steps {shorter:.2f} times as long as without" if shorter < 0.995 else ""), stages[name]))

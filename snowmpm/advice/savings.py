@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.depth_averaged import PLAN, in_columns
 from snowmpm.advice.plane_strain import is_plane_strain
@@ -61,7 +62,7 @@ def _plane(budget):
 def _double(budget):
     if budget.scheme.precision != "f64" or "f32" not in METHODS[budget.scheme.method].capabilities.precisions:
         return
-    if budget.scheme.water in ("u_p", "v_w", "seepage"):  # water's compression is below its round-off
+    if any(component.double for component in components.used(budget.facts.scene)):
         return
     border = shipped()["small_strains", "f32"]
     if border.failing(budget.facts.least_strain):

@@ -18,13 +18,17 @@ NAMES = {
     "entrainment": (),
     "f_bar": (),
     "face_loads": (),
+    "flow_water": (),
     "forcing_and_damping": (),
     "forest_and_deposition": (),
     "interface_layer": (),
     "nonlocal_averaging": (),
+    "pore_water": (),
     "precice": ("structures",),
     "rigid_bodies": (),
+    "seepage": (),
     "structures": (),
+    "two_velocities": (),
 }
 """Each with the components that it builds on."""
 
@@ -46,6 +50,29 @@ def adapters(model, method):
     """An adapter for a method of each that a model's scene asks for and the method supports, in the order in which they
     act."""
     return [component.adapter(method)(model) for component in used(model.scene) if component.supports(method)]
+
+
+def builder(scene, method):
+    """What builds the solver of a scene in place of that of its method, None without."""
+    return next((component.builders[method] for component in used(scene) if method in component.builders), None)
+
+
+def filled(scene, body, population):
+    """`Population` of the particles of a body with those that components add."""
+    for component in used(scene):
+        if component.fills:
+            population = resolved(component.fills)(scene, body, population)
+    return population
+
+
+def more_laws(model):
+    """Laws of the particles that components add to a model."""
+    return [law for component in used(model.scene) if component.laws for law in resolved(component.laws)(model)]
+
+
+def symptoms(scene):
+    """What tells why a run of a scene failed (`contract.Component.symptom`)."""
+    return [resolved(component.symptom) for component in used(scene) if component.symptom]
 
 
 def carried(scene, body):

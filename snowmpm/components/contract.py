@@ -32,7 +32,12 @@ class Component:
     owns: tuple[str, ...] = ()
     """what only one component at a time may have"""
     beside: tuple[str, ...] = ()
-    """names of what it does not go with (`setup.refusals.FEATURES`)"""
+    """what it does not go with: tables of a scene, keys and values, 'water.scheme = "v_w"', or names of
+    `setup.refusals.FEATURES`"""
+    alone: bool = False
+    """whether no other component goes with it"""
+    double: str = ""
+    """why it needs double precision, "beside ..."; empty where it does not"""
     refuse: Callable[[Any], None] | None = None
     """scene -> raises InputError for what cannot be"""
     refuse_resume: Callable[[Any], None] | None = None
@@ -43,11 +48,23 @@ class Component:
     """module with rules of `check`"""
     atlas: str = ""
     """module with ATLAS, {group: entries}"""
+    symptom: str = ""
+    """of (choices of the solver, solver, dt [s]) of a run that failed -> (border of the atlas, value beyond it), or
+    None"""
     in_python: bool = False
     """whether its cost goes with the speed of Python rather than that of kernels"""
 
     # ---- its part in a run, beside that of its adapters ---------------------------------------------------------
 
+    builders: Mapping[str, str] = field(default_factory=dict)
+    """by method: what builds the solver in place of `snowmpm.methods.MethodEntry.builder`"""
+    events: tuple[str, ...] = ()
+    """kinds of events that act on it"""
+    fills: str = ""
+    """of (scene, body, `particles.population.Population` of its particles) -> the same with particles of the
+    component's own, of materials behind those of the scene"""
+    laws: str = ""
+    """of model -> the laws of these materials"""
     fields: Callable[[Any], Any] | None = None
     """scene -> number of the velocity field of each body"""
     motion: str = ""

@@ -57,17 +57,17 @@ class Course:
 
 class Blocks:
     """Blocks on a bed. plan, velocity (n, 2) [m], [m/s]; depth, density (n,); friction: (law class, numbers (rows,
-    parameters), number of the row of each node (nx, ny), below 0 for holes); water: None, or
-    (`water.flow_water.FlowWater`, index of the material (n,)), whose excess pressure fades while they slide."""
+    parameters), number of the row of each node (nx, ny), below 0 for holes); load: None, or
+    (`column_load.ColumnLoad.share`, index of the material (n,)): the ground bears less of them."""
 
-    def __init__(self, grid, bed, gravity, friction, plan, velocity, depth, density, centrifugal=True, water=None):
+    def __init__(self, grid, bed, gravity, friction, plan, velocity, depth, density, centrifugal=True, load=None):
         self._grid, self._g, self._centrifugal = grid, gravity, float(centrifugal)
         self._law, self._numbers, self._rows = friction
         inner = slice(MARGIN, -MARGIN)
         self._slopes = np.stack([part[inner, inner] for part in np.gradient(bed.heights, grid.dx)])
         self.plan, self.velocity = np.array(plan, float), np.array(velocity, float)
         self.depth, self.density = np.asarray(depth, float), np.asarray(density, float)
-        self._water, self.material = water and water[0], water[1] if water else np.zeros(len(self.plan), int)
+        self._share, self.material = load and load[0], load[1] if load else np.zeros(len(self.plan), int)
         self.time = self.bend = self.slope = self.lift = 0.0
 
     def _at(self, plan):
@@ -103,7 +103,7 @@ class Blocks:
         """Dry part [m/s2] and rate [1/s] of the friction per mass."""
         cells = self._cells()
         load = self.density * self.depth
-        share = self._water.borne(self.material, self.depth, self.time) if self._water else 1.0
+        share = self._share(self.material, self.depth, self.time) if self._share else 1.0
         states = np.stack([self.density, share * load * normal, speed, self.depth], axis=1)
         result = stresses(self._law, self._numbers[self._rows[cells]], states)
         return result[:, 0] / load, result[:, 1] / load

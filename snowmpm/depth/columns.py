@@ -6,7 +6,6 @@ from scipy.ndimage import maximum_filter
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
-from snowmpm.depth import pore_pressure
 from snowmpm.depth.plan_sums import plan_sums
 from snowmpm.depth.snapshot import REACH, ColumnSnapshot
 from snowmpm.particles.contract import Particles
@@ -29,15 +28,15 @@ class Columns(Particles):
     material, identity (n,): index of the material, number for life. starts (n,): when each may move [s], in rising
     order; flowing: how many may, the first rows. The others lie still: they press on their neighbours, and the ground
     holds them. guests: rows behind all others, of snow that another method holds: they press on the columns in the next
-    step, and count in nothing. density (materials,): of snow with its water [kg/m3]; wet: `PorePressure` of the water,
-    or None."""
+    step, and count in nothing. density (materials,): of snow with all that columns hold [kg/m3]; load:
+    `column_load.ColumnLoad`, or None."""
 
-    def __init__(self, population, laws, grid, bed, precision, water=None):
-        """water: `water.flow_water.FlowWater`, or None."""
+    def __init__(self, population, laws, grid, bed, precision, load=None):
         self.grid, self.bed, self.precision = grid, bed, precision
         self.materials = MaterialTable(laws, precision)
-        if hasattr(water, "second"):  # of the grains, without the pores between them
-            self.materials.density = water.dry
+        self.density, self.load, self.constants = self.materials.density, load, {}
+        if load:
+            self.materials.density, self.density = load.densities(self.density)
         self.count = len(population.volumes)
         self.repeats = np.append(grid.repeats, False)
         order = np.argsort(population.starts, kind="stable")
@@ -47,11 +46,10 @@ class Columns(Particles):
         reals = np.zeros((self.count, sum(SIZES.values())))
         reals[:, :2], reals[:, 2:4] = offset, population.velocities[order, :2]
         reals[:, 4] = population.volumes[order]
-        self.density = self.materials.density + (water.water if water else 0.0)
         self.densities = real_array(self.density)
         self._fill(cell, reals, population.material[order], order)
-        self.wet = self._pores(water, cell, population.material[order]) if water else None
-        self.water_density = water.density if water else self.water_density
+        if load:
+            load.fill(self, cell, population.material[order])
         if self.count:
             now = self.snapshot()
             reals[:, OFFSETS["climb"]], reals[:, OFFSETS["depth"]] = now.column("velocity")[:, 2], now.thickness()
@@ -59,15 +57,10 @@ class Columns(Particles):
             self.changed()
         self.mass = float(self.masses().sum())
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
-                        "laid": 0.0, "momentum": np.zeros(3), "water": 0.0}
+                        "laid": 0.0, "momentum": np.zeros(3), "carried": 0.0}
         self.sorts = 0
         self.laid_in_plan = []
         """Functions of components: (lower, cell, shape) -> volume [m3] that became ground over plan cells, or None"""
-
-    def _pores(self, water, cell, material):
-        """`PorePressure` at time zero of columns with cells (n, 2) and materials (n,)."""
-        drained = self.grid.flat(water.drained(self.grid.places().reshape(-1, 2)).reshape(self.grid.shape))
-        return pore_pressure.PorePressure(water, material, drained[self.grid.number(*cell.T)], drained, self.precision)
 
     def _fill(self, cells, reals, material, identity, guests=0):
         real, numpy_real = DTYPES[self.precision]
@@ -140,10 +133,11 @@ class Columns(Particles):
         removed["laid" if laid else "mass"] += float(mass.sum())
         removed["taken"] += float(mass.sum()) if taken else 0.0
         removed["momentum"] = removed["momentum"] + mass @ velocity
-        if self.wet:
+        if self.load:
             if not laid:
-                removed["water"] += float(part.column("volume")[lost, 0] @ part.column("water")[lost, 0])
-            self.wet.take(keep)
+                held = part.column(self.load.mass_column)[lost, 0]
+                removed["carried"] += float(part.column("volume")[lost, 0] @ held)
+            self.load.take(keep)
         removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
         # The potential is one of pairs: the snow that stays lies lower without its neighbours (see `positions`)
         removed["energy"] += -0.5 * gravity[2] * float(masses[near[~lost]] @ part.surface_of(lost)[~lost])
@@ -207,7 +201,7 @@ class Columns(Particles):
     @property
     def sizes(self):
         """Numbers that a column carries."""
-        return {**SIZES, **(pore_pressure.SIZES if self.wet else {})}
+        return {**SIZES, **(self.load.sizes if self.load else {})}
 
     @property
     def number_bytes(self):
@@ -217,8 +211,7 @@ class Columns(Particles):
     @property
     def bytes_per_particle(self):
         """Memory of a column."""
-        pores = self.wet.numbers if self.wet else 0
-        return (sum(SIZES.values()) + pores) * self.number_bytes + 16.0
+        return sum(SIZES.values()) * self.number_bytes + 16.0 + (self.load.bytes_per_column if self.load else 0.0)
 
     @property
     def n_blocks(self):
@@ -269,14 +262,12 @@ class Columns(Particles):
         """All columns, by name."""
         return {"cells": self.cells.to_numpy()[: self.count], "reals": self._table(),
                 "labels": self.snapshot().labels, "removed": {**self.removed}, "mass": self.mass, "sorts": self.sorts,
-                "starts": self.starts, "flowing": self.flowing, **({"pores": self.wet.state()} if self.wet else {})}
+                "starts": self.starts, "flowing": self.flowing}
 
     def restore(self, state):
         """Take over a `state()`."""
         self._fill(state["cells"], state["reals"], state["labels"][:, 0], state["labels"][:, 1])
-        self.removed = {"water": 0.0, **state["removed"], "momentum": np.array(state["removed"]["momentum"])}
+        self.removed = {"carried": 0.0, **state["removed"], "momentum": np.array(state["removed"]["momentum"])}
         self.mass, self.sorts = state["mass"], state["sorts"]
         self.starts = np.array(state["starts"], float)
         self.flowing = int(state["flowing"])
-        if self.wet:
-            self.wet.restore(state["pores"])

@@ -20,12 +20,10 @@ import functools
 from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunks, is_worker, worker
-from snowmpm.depth.bearing import BUOYANT, LIGHTNESS, LOAD, NOW, WATER, effective_stress
 from snowmpm.depth.nodes import NODE
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.scatter import INTAKE, SEGMENT, moved
 from snowmpm.depth.spline import first_derivatives, second_derivatives, weights
-from snowmpm.depth.two_phase import APART, HEAVY, LEAST_SHARE, LIGHT, LOOSE, OWN
 from snowmpm.materials.parameters import named
 
 SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, TAKEN_UP, HEIGHT = 0, 1, 2, 3, 4, 6, 7
@@ -38,17 +36,20 @@ LEAST_DEPTH = 1e-3
 
 
 @functools.cache
-def gather_kernel(real, law, takes, wet, serial, mixed=False):
+def gather_kernel(real, law, takes, load, serial):
     """Kernel that takes all columns through the second half of a step.
 
-    law: class of the friction law (`snowmpm.ground`); takes: `law` of an `intake.Intake`, or None; wet: whether
-    there is water in the pores, whose pressure takes a part of the normal stress off the friction; mixed: whether the
-    water has columns of its own (`depth.two_phase`), with nodes phase[material] further on.
+    law: class of the friction law (`snowmpm.ground`); takes: `law` of an `intake.Intake`, or None; load: class of a
+    `column_load.ColumnLoad`, or None; with more than one set of nodes, those of a column are set_of[material] further
+    on.
     """
     stress, names = law.stress, law.PARAMETERS
     intake, cover_names = (takes.intake, takes.PARAMETERS) if takes else (None, law.PARAMETERS)
     taking = takes is not None
     n_numbers, n_cover = len(names._fields), len(cover_names._fields)
+    loaded, parted = load is not None, load is not None and load.sets > 1
+    pushed, bears = (load.pushed(real), load.borne(real)) if load else (None, None)
+    n_beside, steep = (load.node_size - NODE, load.steep) if parted else (0, 0)
 
     @taichi_kernel
     def gather(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
@@ -56,7 +57,7 @@ def gather_kernel(real, law, takes, wet, serial, mixed=False):
                bed: ti.types.ndarray(), place: ti.types.ndarray(), friction: ti.types.ndarray(),
                cover: ti.types.ndarray(), cover_place: ti.types.ndarray(),
                report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(),
-               pores: ti.types.ndarray(), phase: ti.types.ndarray(), stride: int, dt: real,
+               burden: ti.types.ndarray(), set_of: ti.types.ndarray(), stride: int, dt: real,
                inverse_dx: real, g: real, centrifugal: real, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
@@ -74,10 +75,10 @@ def gather_kernel(real, law, takes, wet, serial, mixed=False):
                         ddx, ddy = second_derivatives(f[0]), second_derivatives(f[1])
                         s, push, mean = ti.Vector.zero(real, 2), ti.Vector.zero(real, 2), ti.Vector.zero(real, 2)
                         bend = ti.Vector.zero(real, 3)
-                        own, alone, light = 0, ti.cast(0.0, real), ti.cast(0.0, real)
-                        press, loose, apart = ti.Vector.zero(real, 2), ti.cast(0.0, real), ti.cast(0.0, real)
-                        if ti.static(mixed):
-                            own = phase[material[p]]
+                        own, slope = 0, ti.Vector.zero(real, 2)
+                        beside = ti.Vector.zero(real, ti.static(max(1, n_beside)))
+                        if ti.static(parted):
+                            own = set_of[material[p]]
                         under = (cell[0] + MARGIN) * stride + cell[1] + MARGIN
                         middle = bed[under]
                         depth, rate, level = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
@@ -92,12 +93,10 @@ def gather_kernel(real, law, takes, wet, serial, mixed=False):
                                 ground += b * ti.Vector([wy[j], dy[j], ddy[j]])
                                 phi += values[0] * ti.Vector([wy[j], dy[j]])
                                 snow += values[1] * wy[j]
-                                if ti.static(mixed):
-                                    alone += values[OWN] * wx[i] * wy[j]
-                                    light += values[LIGHT] * wx[i] * wy[j]
-                                    loose += values[LOOSE] * wx[i] * wy[j]
-                                    apart += values[APART] * wx[i] * wy[j]
-                                    press += values[HEAVY] * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
+                                if ti.static(parted):
+                                    for k in ti.static(range(n_beside)):
+                                        beside[k] += values[NODE + k] * wx[i] * wy[j]
+                                    slope += values[steep] * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
                                 beta += wy[j] * ti.Vector([values[2], values[3], values[4]])
                             level += wx[i] * ground[0]
                             s += ti.Vector([dx[i] * ground[0], wx[i] * ground[1]])
@@ -106,13 +105,8 @@ def gather_kernel(real, law, takes, wet, serial, mixed=False):
                             depth += wx[i] * snow
                             rate += wx[i] * beta[0]
                             mean += wx[i] * ti.Vector([beta[1], beta[2]])
-                        if ti.static(mixed):
-                            lightness = pores[p][LIGHTNESS]
-                            lightness += (1.0 - ti.exp(-loose)) * (light - lightness)
-                            if pores[p][LOAD] < 0.0:
-                                lightness = light
-                            pores[p][LIGHTNESS] = lightness
-                            push += lightness * press
+                        if ti.static(parted):
+                            push = pushed(burden, p, beside, slope, push)
                         s, push, bend = s * inverse_dx, push * inverse_dx, bend * inverse_dx**2
                         metric = 1.0 + s.dot(s)
                         cosine = 1.0 / ti.sqrt(metric)
@@ -134,30 +128,14 @@ def gather_kernel(real, law, takes, wet, serial, mixed=False):
                         if at < 0:
                             left, at = left + 1, 0
                         numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
-                        # Of two phases the ground feels the mixture; own_rho: density of a phase over all of the depth
                         own_rho, own_share, dry_part = rho, ti.cast(1.0, real), ti.cast(1.0, real)
-                        if ti.static(mixed):
-                            own_share = ti.min(1.0, ti.max(LEAST_SHARE, alone / ti.max(depth, 1e-30)))
-                            own_rho = rho * own_share
-                            solid, water = own_share, rho - pores[p][BUOYANT]
-                            if own > 0:
-                                solid, water = 1.0 - own_share, rho
-                            apart = ti.min(1.0, apart)
-                            dry_part = 1.0 - apart
-                            rho = water + solid * pores[p][BUOYANT]
-                            if own == 0:
-                                dry_part += apart * rho / own_rho
-                            pores[p][WATER] = water / ti.max(LEAST_SHARE, solid)
                         sigma = rho * normal * thickness
-                        if ti.static(wet):
-                            bearing = pores[p][BUOYANT] * normal * thickness
-                            if ti.static(mixed):
-                                bearing *= 1.0 - alone / ti.max(depth, 1e-30) if own > 0 else own_share
-                            sigma = effective_stress(pores[p], sigma, bearing)
-                            pores[p][NOW] = bearing
+                        if ti.static(loaded):
+                            found = bears(burden, p, own, rho, beside, depth, normal, thickness)
+                            rho, own_rho, own_share, dry_part, sigma = found[0], found[1], found[2], found[3], found[4]
                         tau = stress(named(names, numbers), rho, sigma, before, thickness)
-                        load = rho * thickness
-                        if ti.static(mixed):
+                        weight = rho * thickness
+                        if ti.static(parted):
                             tau[0] *= dry_part
                             rho = ti.cast(density[material[p]], real)
                         mass, volume, wanted, taken = rho * column[4], column[4], ti.cast(0.0, real), ti.cast(0.0, real)
@@ -171,9 +149,9 @@ def gather_kernel(real, law, takes, wet, serial, mixed=False):
                             borne = intake(named(cover_names, bed_numbers), own_rho, tau[0] + tau[1] * before, before,
                                            thickness)[1]
                             tau *= 1.0 + share * (borne - 1.0)
-                        slowed = ti.max(0.0, speed - dt * tau[0] / load) / (1.0 + dt * tau[1] / load)
+                        slowed = ti.max(0.0, speed - dt * tau[0] / weight) / (1.0 + dt * tau[1] / weight)
                         if tau[1] < 0.0:  # a law that weakens with speed
-                            slowed = ti.max(0.0, speed - dt * (tau[0] + tau[1] * before) / load)
+                            slowed = ti.max(0.0, speed - dt * (tau[0] + tau[1] * before) / weight)
                         slid = slowed
                         slowed *= mass / (mass + taken)
                         kept = slowed / ti.max(speed, 1e-30)
@@ -189,12 +167,12 @@ def gather_kernel(real, law, takes, wet, serial, mixed=False):
                             wanted = (volume + 1.5 * taken / rho) / thickness * intake(
                                 named(cover_names, bed_numbers), own_rho, pull[0] + pull[1] * next_speed, next_speed,
                                 thickness)[0]
-                            if ti.static(mixed):
+                            if ti.static(parted):
                                 wanted /= own_share
                         heavier = ti.cast(mass + taken, ti.f64)
                         stop = ti.cast(1.0, real)  # share of the step until it stopped
                         if slowed <= 0.0 and speed > 0.0:
-                            stop = speed * load / (dt * (tau[0] + ti.min(0.0, tau[1]) * before))
+                            stop = speed * weight / (dt * (tau[0] + ti.min(0.0, tau[1]) * before))
                         # its impulse times the mean speed, and what taking up snow at rest costs
                         given = (ti.cast(before + slid, ti.f64) * (ti.cast(speed, ti.f64) - slid)
                                  - ti.cast((1.0 - stop) * before, ti.f64) * (ti.cast(speed, ti.f64) - before))

@@ -1,10 +1,12 @@
 """What components use of the depth-averaged method: its nodes and weights, and the points where kernels contain their
 functions."""
 
+from snowmpm.depth.column_load import ColumnLoad
 from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.intake import Intake
-from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.nodes import NODE
+from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.smoothing import SMOOTHING
 from snowmpm.depth.spline import weights
 
-__all__ = ["LEAST_DEPTH", "MARGIN", "SMOOTHING", "Intake", "weights"]
+__all__ = ["LEAST_DEPTH", "MARGIN", "NODE", "SMOOTHING", "TILE", "ColumnLoad", "Intake", "weights"]

@@ -50,8 +50,8 @@ def node_kernel(real, takes, serial):
     """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these. Tiles that
     were touched in the step before only are `live`, and are emptied.
 
-    copies: sets of tallies that are added up, `stride` tiles each; base: tiles of other phases before this one
-    (`depth.two_phase`). tile_rows: tiles along y. nx, ny: nodes. takes: whether snow cover is
+    copies: sets of tallies that are added up, `stride` tiles each; base: tiles of sets before this one
+    (`column_load`). tile_rows: tiles along y. nx, ny: nodes. takes: whether snow cover is
     taken up; then cover: mass left [kg] of each node's cell, lowering: how far [m] the ground sinks where a kilogram is
     taken, under: the node's place in bed.
     """

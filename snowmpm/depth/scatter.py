@@ -40,12 +40,12 @@ def moved(cell, offset, way):
 
 
 @functools.cache
-def scatter_kernel(real, shared, takes, serial, phases=1):
+def scatter_kernel(real, shared, takes, serial, sets=1):
     """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes. takes: whether there is
     snow cover to take up.
 
-    shared: whether all threads add to the same nodes, by atomics. phases: of columns, of which the second has nodes of
-    its own, phase[material] further on; n_nodes: of all.
+    shared: whether all threads add to the same nodes, by atomics. sets: of nodes, those of a column set_of[material]
+    further on; n_nodes: of all.
     """
 
     @ti.func
@@ -59,7 +59,7 @@ def scatter_kernel(real, shared, takes, serial, phases=1):
     @taichi_kernel
     def scatter(cells: ti.types.ndarray(), reals: ti.types.ndarray(), lookup: ti.types.ndarray(),
                 tallies: ti.types.ndarray(), touched: ti.types.ndarray(), bounds: ti.types.ndarray(),
-                material: ti.types.ndarray(), phase: ti.types.ndarray(), half: real, inverse_dx: real,
+                material: ti.types.ndarray(), set_of: ti.types.ndarray(), half: real, inverse_dx: real,
                 unit: real, n_nodes: int, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
@@ -71,8 +71,8 @@ def scatter_kernel(real, shared, takes, serial, phases=1):
                     v = ti.Vector([column[2], column[3]])
                     cell, f = moved(cells[p], ti.Vector([column[0], column[1]]), half * inverse_dx * v)
                     own = first_node
-                    if ti.static(phases > 1):
-                        own += phase[material[p]]
+                    if ti.static(sets > 1):
+                        own += set_of[material[p]]
                     cells[p] = cell
                     column[0], column[1] = f[0], f[1]
                     reals[p] = column
@@ -88,8 +88,8 @@ def scatter_kernel(real, shared, takes, serial, phases=1):
                             along = volume * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
                             add(tallies, place, ti.Vector([share, share * v[0], share * v[1], along.dot(v), along[0],
                                                            along[1], 0.0 * share]))
-                            for k in ti.static(range(phases)):  # both have their numbers wherever one is
-                                touched[(first_node + k * (n_nodes // phases) + node) // (TILE * TILE)] = 1
+                            for k in ti.static(range(sets)):  # all have their numbers wherever one is
+                                touched[(first_node + k * (n_nodes // sets) + node) // (TILE * TILE)] = 1
                     if ti.static(takes):
                         place = own + lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
                         wanted = 2.0 * half * column[INTAKE] / (WATER * unit)

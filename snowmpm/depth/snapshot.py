@@ -8,9 +8,6 @@ from snowmpm.depth.smoothing import surface_heights
 EMPTY = {"affine": 9, "stress": 6, "elastic": 6, "state": 1}
 """What other particles carry and columns do not, and how many numbers that would be."""
 
-WET = {"water": slice(3), "excess_pressure": slice(3, 4)}
-"""Where the numbers of `depth.pore_pressure.SIZES` stand in a row."""
-
 PLACES = {"volume": 4, "depth": 5}
 """Where a column's numbers lie (`columns.OFFSETS`)."""
 
@@ -33,7 +30,10 @@ class ColumnSnapshot:
         """near (k,): rows of columns that alone are wanted. What is read of one is right if all those within `REACH`
         are among them."""
         rows = slice(store.count) if near is None else near
-        self._wet = store.wet.copied(rows) if store.wet else None
+        self._load = store.load and store.load.copied(rows)
+        ends = np.cumsum(list(store.load.sizes.values())) if store.load else ()
+        self._of_load = {name: slice(end - size, end) for (name, size), end in zip(
+            store.load.sizes.items() if store.load else (), ends, strict=True)}
         self._grid, self._bed = store.grid, store.bed
         self._cells = store.cells.to_numpy()[rows].astype(np.int64)
         self._reals = store.reals.to_numpy()[rows].astype(float)
@@ -102,17 +102,17 @@ class ColumnSnapshot:
         return np.column_stack([gained, (gained * slope).sum(axis=1)])
 
     def column(self, name):
-        """(n, size), float64: velocity (3) [m/s] along the ground, volume [m3], depth [m], volume_ratio 1, water
-        and excess_pressure (`depth.pore_pressure.SIZES`); zeros for what columns have none of."""
+        """(n, size), float64: velocity (3) [m/s] along the ground, volume [m3], depth [m], volume_ratio 1, and what a
+        `column_load.ColumnLoad` has; zeros for what columns have none of."""
         n = len(self._cells)
         if name == "velocity":
             plan = self._reals[:, 2:4]
             return np.column_stack([plan, (plan * self._ground()[1]).sum(axis=1)])
         if name == "volume_ratio":
             return np.ones((n, 1))
-        if name in WET:
+        if name in self._of_load:
             metric = np.sqrt(1.0 + (self._ground()[1] ** 2).sum(axis=1))
-            return self._wet(self.labels[:, 0], self.thickness(), metric)[:, WET[name]]
+            return self._load(self.labels[:, 0], self.thickness(), metric)[:, self._of_load[name]]
         if name in EMPTY:
             return np.zeros((n, EMPTY[name]))
         return self._reals[:, [PLACES[name]]]

@@ -13,7 +13,7 @@ import numpy as np
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
-from snowmpm.depth import gather, scatter, two_phase
+from snowmpm.depth import gather, scatter
 from snowmpm.depth.bed import Bed
 from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
@@ -47,10 +47,9 @@ class DepthSolver(Method):
     """Columns of a population on a ground."""
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
-                 sides, obstacles=(), water=None, adapters=()):
+                 sides, obstacles=(), adapters=()):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
-        numbers; obstacles: `solids.Obstacle`s whose loads are wanted; water: `water.flow_water.FlowWater` in the pores,
-        or None; adapters: of the components at work."""
+        numbers; obstacles: `solids.Obstacle`s whose loads are wanted; adapters: of the components at work."""
         self.precision, self.options, self.adapters = precision, options, Adapters(adapters)
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
@@ -58,7 +57,8 @@ class DepthSolver(Method):
         self.frame = Frame(3, precision, lower, dx, lower, upper)
         self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
         self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
-        self.particles = Columns(population, laws, self.grid, self.bed, precision, water)
+        self._load = next((one.load for one in self.adapters if one.load), None)
+        self.particles = Columns(population, laws, self.grid, self.bed, precision, self._load)
         self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
         self._tables(friction, sides, population)
         mean = self.particles.mass / max(float(population.volumes.sum()), 1e-300)
@@ -71,13 +71,13 @@ class DepthSolver(Method):
 
     @classmethod
     def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
-           obstacles=(), terrain_friction=None, flow_water=None, adapters=(), **others):
+           obstacles=(), terrain_friction=None, adapters=(), **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
         return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
                    cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides, obstacles=obstacles,
-                   water=flow_water, adapters=adapters)
+                   adapters=adapters)
 
     def _tables(self, friction, sides, population):
         """What kernels read beside the columns."""
@@ -85,20 +85,19 @@ class DepthSolver(Method):
         grid, count = self.grid, max(1, self.particles.count)
         self._shared = runtime.fine_grained()
         self._copies = 1 if self._shared else scatter.WORKERS
-        self._phases = 2 if self._mixed else 1
-        n_nodes = self._phases * grid.n_nodes
+        load = self._load
+        self._sets = load.sets if load else 1
+        n_nodes = self._sets * grid.n_nodes
         self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * n_nodes)
         self._tallies.fill(0.0)
-        self._touched = int_array(np.zeros(self._copies * self._phases * grid.n_tiles))
-        self._live = int_array(np.zeros(self._phases * grid.n_tiles))
-        self._nodes = ti.Vector.ndarray(two_phase.NUMBERS if self._mixed else NODE, real, n_nodes)
+        self._touched = int_array(np.zeros(self._copies * self._sets * grid.n_tiles))
+        self._live = int_array(np.zeros(self._sets * grid.n_tiles))
+        self._nodes = ti.Vector.ndarray(load.node_size if load else NODE, real, n_nodes)
         self._nodes.fill(0.0)
         self._totals = ti.Vector.ndarray(TOTALS, real, n_nodes)
         self._totals.fill(0.0)
         self._cos2 = real_array(grid.flat(self.bed.cos2))
-        water = self.particles.wet.water if self._mixed else None
-        self._phase = int_array(grid.n_nodes * water.second if water else np.zeros(1))
-        self._drag = real_array(two_phase.drag_table(water.drag)) if water else None
+        self._set_of = int_array(grid.n_nodes * load.set_of if self._sets > 1 else np.zeros(1))
         self.unit = float(population.volumes.mean())
         self._law, numbers = self.on_ground(friction)
         for changed in self.adapters.friction:
@@ -127,11 +126,6 @@ class DepthSolver(Method):
         return type(law), self.grid.flat(numbers.T.reshape(*self.grid.shape, -1))
 
     @property
-    def _mixed(self):
-        """Whether grains and water have columns of their own."""
-        return bool(self.particles.wet) and hasattr(self.particles.wet.water, "second")
-
-    @property
     def shared(self):
         """Whether all threads add to the same nodes, by atomics."""
         return self._shared
@@ -145,6 +139,17 @@ class DepthSolver(Method):
     def node_values(self):
         """Taichi (n_nodes,) of what columns feel of each other (`depth.nodes`), as of the last step."""
         return self._nodes
+
+    @property
+    def node_totals(self):
+        """Taichi (n_nodes,): sums over the columns around each, live (n_tiles,): tiles that have some, and cos2
+        (n_nodes,) of the ground (`depth.nodes`); of all sets of nodes."""
+        return self._totals, self._live, self._cos2
+
+    @property
+    def serial(self):
+        """Whether one thread takes all loops."""
+        return self._serial
 
     def _shares(self):
         """Bounds of the segments of columns that each worker takes, and an empty report of them."""
@@ -163,24 +168,25 @@ class DepthSolver(Method):
         real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
         bounds, report = self._shares()
         with runtime.precision(self.precision):
-            scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial, self._phases)(
+            scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial, self._sets)(
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, store.material,
-                self._phase, 0.5 * dt, 1.0 / grid.dx, self.unit, self._phases * grid.n_nodes, store.rows)
+                self._set_of, 0.5 * dt, 1.0 / grid.dx, self.unit, self._sets * grid.n_nodes, store.rows)
             sizes = grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist()
-            for phase in range(self._phases):  # one after the other, since both may take from the same snow cover
+            for number in range(self._sets):  # one after the other, since all may take from the same snow cover
                 node_kernel(real, cover.law is not None, self._serial)(
                     self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
                     cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self.unit, options.damping,
-                    options.mixing, dt, self._copies, self._phases * grid.n_tiles, phase * grid.n_tiles, *sizes)
-            if self._mixed:
-                self._couple(sizes, dt, g)
-            gather.gather_kernel(real, self._law, cover.law, bool(store.wet), self._serial, self._mixed)(
+                    options.mixing, dt, self._copies, self._sets * grid.n_tiles, number * grid.n_tiles, *sizes)
+            for act in self.adapters.after_scatter:
+                act(dt, dt)
+            load = self._load
+            gather.gather_kernel(real, self._law, cover.law, load and type(load), self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                store.wet.pores if store.wet else self._numbers, self._phase, self.bed.stride, dt, 1.0 / grid.dx, g,
+                load.numbers if load else self._numbers, self._set_of, self.bed.stride, dt, 1.0 / grid.dx, g,
                 float(options.centrifugal), store.flowing)
-            if store.wet:
-                store.wet.consolidate(store, dt, self._serial)
+            for act in self.adapters.after_gather:
+                act(dt)
             if self._gauges:
                 self._gauges.feel(self._totals, self.unit, dt)
         store.changed()
@@ -196,15 +202,6 @@ class DepthSolver(Method):
             act(dt)
         if store.release(self.time):
             self._wave = max(self._wave, self._first_wave())
-
-    def _couple(self, sizes, dt, g):
-        """Put the phases of the nodes together."""
-        water, grid = self.particles.wet.water, self.grid
-        two_phase.couple_kernel(self.real, self._serial)(
-            two_phase.Nodes(self._nodes, self._totals, self._live, self._cos2, grid.lookup, self._drag),
-            two_phase.Sizes(grid.n_nodes, *sizes),
-            two_phase.Mixture(water.grain_density, water.density, g, grid.dx, self.unit / grid.dx**2, dt,
-                              self.options.damping))
 
     def _read(self, report):
         speed2, wave2 = report[:, gather.SPEED2].max(), report[:, gather.WAVE2].max()
@@ -267,7 +264,7 @@ class DepthSolver(Method):
         friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
         blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
                         np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), store.density[material],
-                        self.options.centrifugal, store.wet and (store.wet.water, material))
+                        self.options.centrifugal, self._load and (self._load.share, material))
         share = self.cfl / math.sqrt(DEEPER)
         course = run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
         return course.later(float(store.starts[-1]), end_time)

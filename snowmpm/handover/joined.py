@@ -55,6 +55,11 @@ class JoinedParticles(Particles):
         self.passed = {name: value + amounts.get(name, 0) for name, value in self.passed.items()}
 
     @property
+    def constants(self):
+        """Of both."""
+        return {**self._parts[0].constants, **self._parts[1].constants}
+
+    @property
     def count(self):
         """How many there are now."""
         return sum(part.count for part in self._parts)

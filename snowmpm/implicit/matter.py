@@ -13,8 +13,8 @@ from snowmpm.particles.store import IDENTITY, MATERIAL
 class Matter:
     """Columns of particles (n, ...): cells [cells], velocity [m/s], volume at the reference [m3], mass [kg], material,
     number, h, tau [Pa] (n, 4 or 6), state, ratio J, affine (n, dim, dim) [1/s]; around: pressure around the snow [Pa]
-    (n,), None without; water: what pores hold (`water.particle_kernels`), None without; terms: `balance.Term`s,
-    strain: (mesh, matter) -> `balance.Strain` of components."""
+    (n,), None without; columns: of components, by name; terms: `balance.Term`s, strain: (mesh, matter) ->
+    `balance.Strain` of components."""
 
     cells: np.ndarray
     velocity: np.ndarray
@@ -28,7 +28,7 @@ class Matter:
     ratio: np.ndarray
     affine: np.ndarray
     around: np.ndarray | None = None
-    water: np.ndarray | None = None
+    columns: dict = field(default_factory=dict)
     terms: list = field(default_factory=list)
     strain: Callable | None = None
 
@@ -41,10 +41,10 @@ class Matter:
                                                          "volume_ratio", "affine")}
         material = labels[:, MATERIAL]
         volume = columns["volume"][:, 0]
-        water = store.column("water") if store.layout.water_size else None
+        own = {name: store.column(name) for name, _ in store.layout.more}
         return cls(cells, columns["velocity"], volume, store.masses(), material,
                    labels[:, IDENTITY], columns["elastic"], columns["stress"], columns["state"],
-                   columns["volume_ratio"][:, 0], columns["affine"].reshape(-1, dim, dim), water=water)
+                   columns["volume_ratio"][:, 0], columns["affine"].reshape(-1, dim, dim), columns=own)
 
     @classmethod
     def of_population(cls, population, materials, origin, dx):
@@ -61,11 +61,10 @@ class Matter:
         return Before(np.ascontiguousarray(self.h), np.ascontiguousarray(self.state), np.ascontiguousarray(self.ratio),
                       np.ascontiguousarray(self.material, np.int32))
 
-    def columns(self):
+    def changed(self):
         """Columns of a `ParticleStore` by name, but for places."""
-        wet = {} if self.water is None else {"water": self.water}
         return {"velocity": self.velocity, "affine": self.affine, "elastic": self.h, "stress": self.tau,
-                "state": self.state, "volume_ratio": self.ratio, **wet}
+                "state": self.state, "volume_ratio": self.ratio, **self.columns}
 
     def take(self, after):
         """Take over what a step made of them (`response.After`)."""

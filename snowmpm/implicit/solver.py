@@ -8,7 +8,6 @@ import numpy as np
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.implicit.march import Grid, March, Rules
 from snowmpm.implicit.matter import Matter
-from snowmpm.implicit.soaked_march import SoakedMarch
 from snowmpm.implicit.surfaces import surfaces_of
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE
@@ -37,6 +36,7 @@ class ImplicitSolver(Solver):
         at work; the rest as
         `mpm.solver.MpmSolver` takes it."""
         self.dim, self.dx, self.precision, self.options = len(origin), dx, precision, options
+        self.adapters = Adapters(adapters)
         self.at_rest = options.time == "quasi_static"
         self.frame = Frame(self.dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * self.dim
@@ -54,8 +54,8 @@ class ImplicitSolver(Solver):
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=self.frame.origin,
             limits=self.frame.limits(period), gravity=gravity,
-            drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0, period=period)
-        self.adapters = Adapters(adapters)
+            drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0, period=period,
+            **self.adapters.of_particles)
         self._begin(population, gravity)
         self.march = March(grid, rules, self.particles.materials)
         self._acceleration = np.zeros((len(population.volumes), self.dim))
@@ -138,19 +138,6 @@ class ImplicitSolver(Solver):
         self._loaded += dt * (matter.mass @ loads)
         return passed
 
-    def fill_pores(self, water, shorten=True):
-        """`Method.fill_pores` of a `water.solved_water.SolvedWater`."""
-        super().fill_pores(water, shorten=False)
-        self.march = SoakedMarch(self.march, self)
-
-    def carry(self, matter, gained):
-        """Book momentum and energy of the water (n,) [kg] that particles gained, where they are now."""
-        self.add_impulse(gained @ matter.velocity)
-        x = self.frame.origin + self.dx * matter.cells
-        budget = self.water.budget
-        budget.carried_energy += float(gained @ (0.5 * (matter.velocity**2).sum(axis=1) - x @ self.gravity))
-        budget.carried_mass += float(gained.sum())
-
     def _take(self, matter, dt):
         """Put particles back, and keep the books."""
         store, passed = self.particles, self.passed
@@ -162,7 +149,7 @@ class ImplicitSolver(Solver):
         self.plastic_work += passed.work
         self.unconverged += passed.unconverged
         self.n_plastic = passed.yielding
-        store.place(matter.cells, matter.columns())
+        store.place(matter.cells, matter.changed())
         self.extremes = Extremes(
             speed=float(np.linalg.norm(matter.velocity, axis=1).max()),
             gradient=float(np.linalg.norm(matter.affine, axis=(1, 2)).max()),
@@ -245,7 +232,7 @@ class ImplicitSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(self.particles.n_blocks, components=self.components_work)
+        return Workload(self.particles.n_blocks, components=self.adapters.work())
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

@@ -33,18 +33,13 @@ class Scheme:
     gradient: str = "affine"
     transfer: str = "apic"
     method: str = "mpm"
-    water: str = ""
-    """scheme of the water in the pores, empty without"""
-    layers: int = 1
-    """of its mesh over the depth of a column"""
     lengths: str = "constant"
     """smoothing lengths of SPH"""
 
     @classmethod
     def of(cls, scene):
-        solver, water = scene.solver, scene.water
+        solver = scene.solver
         return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
-                   water.scheme if water else "", getattr(water, "layers", 1),
                    solver.sph.lengths if solver.method == "sph" else "constant")
 
 
@@ -107,10 +102,10 @@ def taken_as(kind):
     return next((own[base] for base in LAWS[kind].__mro__ if base in own), USUAL_LAW)
 
 
-OF_PARTICLES = ("particle", "point", "followed point")
-"""What grows with the number of particles of what components count."""
-ONCE = ("step", "followed step")
-"""What each step has once."""
+OF_PARTICLES = ("particle", "point", "layer")
+"""Last words of what grows with the number of particles of what components count."""
+ONCE = "step"
+"""Last word of what each step has once."""
 
 
 @dataclass(frozen=True)
@@ -141,20 +136,19 @@ class Crowd:
                      self.obstacles, self.rests, self._components_of(particles))
 
     def _components_of(self, particles):
-        return {name: {what: particles * n if what in OF_PARTICLES else n for what, n in work.items()}
+        return {name: {what: particles * n if what.endswith(OF_PARTICLES) else n for what, n in work.items()}
                 for name, work in self.components.items()}
 
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, components, calls of kernels. Nothing moves far enough to be sorted while an initial state
+    components, calls of kernels. Nothing moves far enough to be sorted while an initial state
     settles, and nothing is followed yet."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
-             "water": pore_water(scheme, crowd.n),
              **{name: component(scheme, name, work, settling) for name, work in crowd.components.items()},
              "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
@@ -177,25 +171,25 @@ def bulk(scheme, crowd):
     return sum(n * (transfers(scheme) + law(scheme, kinds[kind])) for kind, n in crowd.particles.items())
 
 
-def pore_water(scheme, n):
-    """ns that water in the pores of n particles adds to a step, 0 without: a cost of each particle (and layer), and one
-    of the step."""
-    if not scheme.water:
-        return 0.0
-    particle, fixed = (row(what, scheme.dimension, scheme.precision, scheme.water) for what in ("water", "water call"))
-    return n * scheme.layers * particle + fixed
-
-
 def component(scheme, name, work, settling=False):
     """ns that a component adds to a step: work, {row: how often}; what is "followed" is not while an initial state
-    settles. What it does with all particles takes more in double precision by as much as a step does."""
-    found = {what: n * _of(scheme, f"{scheme.method} {name}", what) for what, n in work.items()
-             if not (settling and what.startswith("followed"))}
-    if "particle" in found and on_grid(scheme):
+    settles."""
+    return sum(n * _of_component(scheme, name, what) for what, n in work.items()
+               if not (settling and what.startswith("followed")))
+
+
+def _of_component(scheme, name, what):
+    """ns of a row of a component. Measured in single precision alone, what it does with all particles takes more in
+    double precision by as much as a step does."""
+    component = f"{scheme.method} {name}"
+    if (component, scheme.dimension, scheme.precision, what) in table():
+        return row(component, scheme.dimension, scheme.precision, what)
+    found = _of(scheme, component, what)
+    if what == "particle" and on_grid(scheme):
         steps = [row("step", scheme.dimension, precision, "quadratic affine apic")
                  for precision in (scheme.precision, "f32")]
-        found["particle"] *= steps[0] / steps[1]
-    return sum(found.values())
+        found *= steps[0] / steps[1]
+    return found
 
 
 def _of(scheme, what, name):

@@ -33,8 +33,7 @@ class MpmSolver(Solver):
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None, expected=0, phases=None,
-                 adapters=()):
+                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None, expected=0, adapters=()):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -46,9 +45,7 @@ class MpmSolver(Solver):
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
-        expected: how many particles there will be, of a solver that receives some. phases:
-        `mixture.two_velocities.TwoVelocities` of a population whose velocity fields are those of grains and of water,
-        by a transfer with FLIP. adapters: of the components at work.
+        expected: how many particles there will be, of a solver that receives some. adapters: of the components at work.
         """
         self.dim = dim = len(origin)
         self.adapters = Adapters(adapters)
@@ -74,19 +71,16 @@ class MpmSolver(Solver):
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
-            period=period, keep_block_of=self.atomic, columns=self.adapters.columns)
+            period=period, keep_block_of=self.atomic, **self.adapters.of_particles)
         self._begin(population, gravity)
         self.serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
-        self._phases = phases
-        fields = self._field_pairs(population)
+        fields = next((make(self, population) for make in self.adapters.field_pairs), None)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, joins=not (fields or period.any()),
                              adapters=self.adapters)
         self._bind_kernels()
         self._reports = self._impulses = None
         self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
-        if phases:
-            self.fill_pores(phases, shorten=False)
         self.adapters.begin(self)
 
     @classmethod
@@ -102,8 +96,6 @@ class MpmSolver(Solver):
         with runtime.precision(self.precision):
             if self.particles.strayed:
                 self.sort()
-            if self._phases:
-                self._phases.fall(self, dt)
             pushed = self._act(dt)
             if self.boundary.basal:
                 self.boundary.basal.update(self.particles, self.extremes.speed * dt)
@@ -149,12 +141,10 @@ class MpmSolver(Solver):
                 write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                            grid.tiles_at, grid.contact.node_block, grid.contact.chunk_bounds)
 
-            if self._phases:
-                grid.fields.begin(dt, pushed, self.gravity, held=self.damping_factor < 1.0)
             if not any([act(dt) for act in self.adapters.meet_surfaces]):
                 grid.apply_contact(self.dx)
-            if self._phases:
-                self._phases.find_flow(self, to_tiles)
+            for act in self.adapters.after_surfaces:
+                act(to_tiles)
             to_tiles()
 
     def grid_to_particles(self, dt):
@@ -241,13 +231,8 @@ class MpmSolver(Solver):
         self._update = grid_kernels(self.dim, real, flip, self.serial)
         self._gather = gather_kernel(layout, real, self.materials.functions, *scheme,
                                       self.adapters.inlined)
-        self.boundary.bind(real, self.basis, flip, self.serial, self._phases is not None, self._phases is not None)
-
-    def _field_pairs(self, population):
-        """`FieldPairs` of a population with several velocity fields, else None."""
-        if self._phases:
-            return self._phases.exchange(self.dim, self._real, self.serial)
-        return next((make(self, population) for make in self.adapters.field_pairs), None)
+        self.boundary.bind(real, self.basis, flip, self.serial,
+                           self.grid.fields is not None and self.grid.fields.relief is not None)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -286,7 +271,7 @@ class MpmSolver(Solver):
         alone = super()._step_at(elastic, self.advective_cfl or elastic)[0]
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
                         sum(bool(obstacle.moving) for obstacle in self.obstacles), self.serial,
-                        components=self.components_work,
+                        components=self.adapters.work(),
                         shortened=self.adapters.shortened(alone, self.critical_cfl, elastic))
 
     def restart_clock(self):

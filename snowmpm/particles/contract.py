@@ -28,15 +28,15 @@ class Particles(ABC):
     """laws, densities, wave speed, elastic energy"""
     removed: dict[str, Any]
     """of those that are gone: count, mass [kg], momentum (dim,) [kg m/s], energy [J]; taken: the mass [kg] of those
-    that did not leave the domain but were taken out; water: the mass [kg] of the water that went with them; entrained,
-    of methods that entrain: mass [kg] that came in, whose energy is subtracted; laid, of methods with deposition: mass
-    [kg] that was laid down and is ground now"""
+    that did not leave the domain but were taken out; carried: the mass [kg] that went with them in a column of its own
+    (`store.Layout.mass_column`); entrained, of methods that entrain: mass [kg] that came in, whose energy is
+    subtracted; laid, of methods with deposition: mass [kg] that was laid down and is ground now"""
     waiting: int = 0
     """of them, the last rows, those that may not move yet"""
     repeats: NDArray[np.bool_]
     """(dim,) whether the domain is periodic along each axis"""
-    water_density: float = 1000.0
-    """of the water in the column "water" [kg/m3]"""
+    constants: dict[str, float]
+    """numbers of components that fields of particles read, by name"""
     sorts: int
     """how often their order changed"""
     bodies: NDArray[np.intp] | None = None

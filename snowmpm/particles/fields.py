@@ -59,16 +59,13 @@ class ParticleFields:
 
     materials: "MaterialTable"
     snapshot: "Snapshot"
-    water_density: float
-    """[kg/m3]"""
-
     def __init__(self, particles: Particles, body_starts: ArrayLike = (0,)) -> None:
         """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""
         self.materials = particles.materials
         self.snapshot = particles.snapshot()
         sizes = particles.sizes
-        self._holds_water, self.water_density = sizes.get("water", 0) > 0, particles.water_density
-        self._holds_excess = "excess_pressure" in sizes
+        self._holds_water, self._holds_excess = "water" in sizes, "excess_pressure" in sizes
+        self._constants = particles.constants
         self._body_starts, self._bodies = np.asarray(body_starts), particles.bodies
 
     def __repr__(self) -> str:
@@ -108,6 +105,10 @@ class ParticleFields:
             return np.zeros((len(self.snapshot.labels), 3))
         return self.column("water")
 
+    def constant(self, name: str) -> float:
+        """A number of a component, 1 without one of this name."""
+        return self._constants.get(name, 1.0)
+
     def excess_pressure(self) -> Floats:
         """Column "excess_pressure" (n,) [Pa]; zero for particles without one."""
         return self.column("excess_pressure")[:, 0] if self._holds_excess else np.zeros(len(self.snapshot.labels))
@@ -140,6 +141,10 @@ PORE_PRESSURE, GRAINS = 1, 2
 
 def _share(part, whole):
     return np.divide(part, whole, out=np.zeros(len(part)), where=whole > 0.0)
+
+
+def _liquid_water(fields):
+    return fields.water()[:, 0] / fields.constant("water_density") / fields["J"]
 
 
 def _stress(fields):
@@ -201,7 +206,7 @@ for field in (
     ParticleField("porosity", "1", lambda fields: np.where((fields.water()[:, [0, GRAINS]] > 0.0).any(axis=1),
                                                            1.0 - fields.water()[:, GRAINS] / fields["J"], 0.0)),
     ParticleField("saturation", "1", lambda fields: _share(fields["liquid_water"], fields["porosity"])),
-    ParticleField("liquid_water", "1", lambda fields: fields.water()[:, 0] / fields.water_density / fields["J"]),
+    ParticleField("liquid_water", "1", _liquid_water),
     ParticleField("excess_pressure", "Pa", ParticleFields.excess_pressure),
     ParticleField("strain_rate", "1/s", lambda fields: strain_rate(fields.velocity_gradient())),
     ParticleField("inertial_number", "1", _inertial_number),

@@ -37,8 +37,8 @@ def plan_sums_kernel(layout, real):
                 if 0 <= i < sums.shape[0] and 0 <= j < sums.shape[1]:
                     volume = access.load(reals, places, p, at["volume"], 1)[0]
                     mass = volume * materials[material[p], DENSITY]
-                    if ti.static(layout.water_size > 0):
-                        mass += volume * access.load(reals, places, p, ti.static(at["water"]), 1)[0]
+                    if ti.static(layout.mass_at >= 0):
+                        mass += volume * access.load(reals, places, p, layout.mass_at, 1)[0]
                     sums[i, j, 0] += volume
                     sums[i, j, 1] += mass
                     speed = access.load(reals, places, p, at["velocity"], layout.dim).norm()

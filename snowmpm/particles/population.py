@@ -13,9 +13,8 @@ class Population:
     elastic: the laws' elastic variable be - I, stress: Kirchhoff stress [Pa]; both (n, 4) in plane strain or (n, 6),
     in the order xx, yy, zz, xy[, yz, xz]; zero where not given. volume_ratio (n,): J, 1 where not given; affine (n, dim
     * dim): velocity gradient [1/s]; state (n, k): of the laws, not a number where it is the law's initial one. field
-    (n,): velocity field, 0 for all that moves as one continuum. starts (n,): when each may move [s]. water (n, k): what
-    pores hold (`water.particle_kernels`), None without water. columns: numbers of components, {name: (n, k)}, zero
-    where not given. unstressed (n,): which get no initial stress.
+    (n,): velocity field, 0 for all that moves as one continuum. starts (n,): when each may move [s]. columns: numbers
+    of components, {name: (n, k)}, zero where not given. unstressed (n,): which get no initial stress.
     """
 
     positions: np.ndarray
@@ -29,7 +28,6 @@ class Population:
     state: np.ndarray | None = None
     field: np.ndarray | int = 0
     starts: np.ndarray | float = 0.0
-    water: np.ndarray | None = None
     columns: dict = dataclass_field(default_factory=dict)
     unstressed: np.ndarray | bool = False
 

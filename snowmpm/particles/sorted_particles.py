@@ -37,10 +37,11 @@ class SortedParticles(ParticleStore, Particles):
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
-                 period=None, keep_block_of=False, columns=()):
+                 period=None, keep_block_of=False, columns=(), mass_column=""):
         """limits: (lower, upper) cells beyond which a particle has left; drift_limit: `Stencil.drift_limit`;
         second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s;
-        columns: of components (name, numbers), zero where the population has none of that name.
+        columns: of components (name, numbers), zero where the population has none of that name; mass_column:
+        `Layout`'s.
         """
         self.dim = len(origin)
         self.dx, self.origin = dx, np.asarray(origin, float)
@@ -53,17 +54,14 @@ class SortedParticles(ParticleStore, Particles):
         self._gravity = np.where(self.repeats, 0.0, gravity)
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
-        n_water = 0 if population.water is None else population.water.shape[1]
-        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water, tuple(columns))
+        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), tuple(columns), mass_column)
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)
-        self.mass = float(population.volumes @ self.materials.density[population.material])
-        if n_water:
-            self.mass += float(population.volumes @ population.water[:, 0])
-        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "water": 0.0, "energy": 0.0,
+        self.mass = self._mass_of(population)
+        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "carried": 0.0, "energy": 0.0,
                         "momentum": np.zeros(self.dim)}
-        self.fluid = None
+        self.constants = {}
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
         self._counts, self._first_rows = Rows(), Rows()
@@ -82,10 +80,15 @@ class SortedParticles(ParticleStore, Particles):
                    "volume_ratio": population.volume_ratio[order], "state": self.materials.state_of(population, order),
                    "affine": population.affine[order],
                    "elastic": population.elastic[order], "stress": population.stress[order]}
-        if self.layout.water_size:
-            columns["water"] = population.water[order]
         columns |= {name: population.columns[name][order] for name, _ in self.layout.more if name in population.columns}
         return columns
+
+    def _mass_of(self, population):
+        """[kg]"""
+        mass = float(population.volumes @ self.materials.density[population.material])
+        if name := self.layout.mass_column:
+            mass += float(population.volumes @ population.columns[name][:, 0])
+        return mass
 
     def _rebuild_for(self, blocks, drift=0.0, moved=None):
         self.blocks, self.drift, self.moved = blocks, drift, moved
@@ -176,9 +179,7 @@ class SortedParticles(ParticleStore, Particles):
         table[:, self.layout.columns("position")] = local
         new = np.column_stack([population.material, numbers]).astype(labels.dtype)
         self.replace(table, np.concatenate([labels, new])[order])
-        self.mass += float(population.volumes @ self.materials.density[population.material])
-        if self.layout.water_size:
-            self.mass += float(population.volumes @ population.water[:, 0])
+        self.mass += self._mass_of(population)
         self._rebuild_for(blocks)
         keep = ((cells[order] >= self._limits[0]) & (cells[order] < self._limits[1])).all(axis=1)
         if not keep.all():
@@ -233,8 +234,8 @@ class SortedParticles(ParticleStore, Particles):
             self.labels()[:, MATERIAL], self.column("stress"), self.column("state"), self.column("volume")[:, 0])))
         removed["count"] += int(gone.sum())
         removed["mass"] += float(mass.sum())
-        if self.layout.water_size:
-            removed["water"] += float(self.column("volume")[gone, 0] @ self.column("water")[gone, 0])
+        if name := self.layout.mass_column:
+            removed["carried"] += float(self.column("volume")[gone, 0] @ self.column(name)[gone, 0])
         removed["momentum"] += mass @ velocity
         removed["energy"] += float(mass @ (0.5 * square - self.positions()[gone] @ self._gravity)) + elastic
         self.mass -= float(mass.sum())
@@ -289,9 +290,9 @@ class SortedParticles(ParticleStore, Particles):
         return self.column("volume")[:, 0] * self.densities()
 
     def densities(self):
-        """Mass per reference volume [kg/m3], water included, (n,)."""
-        dry = self.materials.density[self.material.to_numpy()[: self.count]]
-        return dry + self.column("water")[:, 0] if self.layout.water_size else dry
+        """Mass per reference volume [kg/m3], that of the mass column included, (n,)."""
+        own, name = self.materials.density[self.material.to_numpy()[: self.count]], self.layout.mass_column
+        return own + self.column(name)[:, 0] if name else own
 
     @property
     def period(self):
@@ -336,4 +337,4 @@ class SortedParticles(ParticleStore, Particles):
         self.replace(reals, labels)
         self._rebuild_for(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
         self.sorts, self.mass = state["sorts"], state["mass"]
-        self.removed = {"taken": 0.0, "water": 0.0, **state["removed"]}
+        self.removed = {"taken": 0.0, "carried": 0.0, **state["removed"]}

@@ -46,16 +46,16 @@ class Layout:
 
     position [cells, from its block], velocity [m/s], affine: C [1/s], row major; elastic: the law's elastic variable
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
-    internal variables; volume_ratio: J = det F; volume: reference volume [m3]; water: what pores hold
-    (`water.particle_kernels`), its mass per reference volume [kg/m3] first; more: names of the columns of components,
-    and their numbers.
+    internal variables; volume_ratio: J = det F; volume: reference volume [m3]; more: names of the columns of
+    components, and their numbers; mass_column: of these, the one whose first number is a mass per reference volume
+    [kg/m3] that the particle has beside that of its material, "" without one.
     """
 
     dim: int
     state_size: int
     by_row: bool = True
-    water_size: int = 0
     more: tuple[tuple[str, int], ...] = ()
+    mass_column: str = ""
 
     @property
     def sym_size(self):
@@ -65,13 +65,18 @@ class Layout:
     def sizes(self):
         d = self.dim
         return {"position": d, "velocity": d, "affine": d * d, "elastic": self.sym_size, "stress": self.sym_size,
-                "state": self.state_size, "volume_ratio": 1, "volume": 1, "water": self.water_size,
+                "state": self.state_size, "volume_ratio": 1, "volume": 1,
                 **dict(self.more)}
 
     @functools.cached_property
     def offsets(self):
         ends = np.cumsum(list(self.sizes.values()))
         return {name: int(end - size) for (name, size), end in zip(self.sizes.items(), ends, strict=True)}
+
+    @property
+    def mass_at(self):
+        """Offset of the mass of `mass_column`, -1 without one."""
+        return self.offsets.get(self.mass_column, -1)
 
     @property
     def width(self):

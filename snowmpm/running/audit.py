@@ -46,8 +46,8 @@ MOVED_SHARE = 0.005
 """Share of all snow that must have moved to define a front: a few displaced particles are not enough."""
 
 
-TURNED = ("kinetic_energy", "elastic_energy", "plastic_work", "contact_work", "force_work", "water_work")
-"""Energies of a row that tell what was turned over."""
+TURNED = ("kinetic_energy", "elastic_energy", "plastic_work", "contact_work", "force_work")
+"""Energies of a row that tell what was turned over, beside what components gave."""
 
 
 def occupied_and_emptied(cells):
@@ -181,20 +181,18 @@ class Audit:
         lift = float(self._reference @ self._falling) if self._own_potential() is None else 0.0
         entrained, laid = removed.get("entrained", 0.0), removed.get("laid", 0.0)
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
-        if solver.water:
-            row.update(self._of_water(solver.water, removed, lift))
-        elif solver.particles.sizes.get("water"):  # a fixed share of each column, which has no balance of its own
-            row["water_mass"] = float(fields["volume"] @ fields.water()[:, 0])
-            row["removed_water"] = removed["water"]
+        given = {}
         for adapter in solver.adapters:
             row.update(adapter.row())
-        given = row["force_work"] + row.get("water_work", 0.0)
-        row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
+            given |= adapter.given(lift)
+        row.update(given)
+        got = row["force_work"] + sum(given.values())
+        row["energy_remainder"] = self._start_energy + got - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
             self.past.handover_energy if self.past else 0.0) - totals.handover_energy
         if totals.contact_lines is not None:
             row["contact_lines"], row["contact_spared"] = totals.contact_lines, totals.contact_spared
-        turned = sum(abs(row.get(name, 0.0)) for name in TURNED)
+        turned = sum(abs(energy) for energy in (*(row[name] for name in TURNED), *given.values()))
         row["momentum_residual"] = self._momentum_residual(momentum, totals, np.sqrt(2.0 * row["mass"] * turned))
         row["max_speed"] = float(np.sqrt(_squares(v).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
@@ -214,14 +212,6 @@ class Audit:
         motion = row["kinetic_energy"] + row["affine_energy"]
         row["null_space_noise"] = solver.null_space_noise(motion) if motion > 0.0 else 0.0
         return row
-
-    @staticmethod
-    def _of_water(water, removed, lift):
-        """Mass of water and the work that it did; lift: as of what is removed [J/kg]."""
-        budget, now = water.budget, water.held()
-        return {"water_mass": now, "drained_water": budget.drained, "added_water": budget.added,
-                "removed_water": removed["water"], "water_residual": budget.residual(now, removed["water"]),
-                "water_work": budget.work + budget.carried_energy + budget.carried_mass * lift}
 
     def _angular_momentum(self, fields, mass, x, v):
         """About the centre of mass at the start [kg m2/s], with what the affine motion of particles has,

@@ -11,12 +11,14 @@ TORN = 0.05
 """Share of emptied cells above which a body counts as torn."""
 
 
-def diagnose(chosen, solver, dt):
+def diagnose(chosen, solver, dt, more=()):
     """One line: the known failure that the failure of a step of dt [s] resembles, and its cure; None if there is none.
 
-    chosen: the scene's table `solver`; solver: with the extremes of its last good step.
+    chosen: the scene's table `solver`; solver: with the extremes of its last good step; more: functions like those of
+    SYMPTOMS, of components.
     """
-    for look in SYMPTOMS.get(chosen.method, ()):  # no failures are known of a method without a row
+    # No failures are known of a method without a row
+    for look in (*more, *SYMPTOMS.get(chosen.method, ())):
         found = look(chosen, solver, dt)
         if found:
             border, value = found
@@ -27,7 +29,7 @@ def diagnose(chosen, solver, dt):
     return None
 
 
-def _first_beyond(entry, settings, value):
+def first_beyond(entry, settings, value):
     """(border, value) if one of the settings of an entry fails at this value."""
     for setting in settings:
         border = shipped().get((entry, setting))
@@ -37,12 +39,12 @@ def _first_beyond(entry, settings, value):
 
 
 def _crossing(chosen, solver, dt):
-    return _first_beyond("crossing_step", [chosen.kernel], solver.extremes.speed * dt / solver.frame.dx)
+    return first_beyond("crossing_step", [chosen.kernel], solver.extremes.speed * dt / solver.frame.dx)
 
 
 def _deforming(chosen, solver, dt):
     flows = [f"{chosen.transfer} {flow}" for flow in ("collapse", "shear", "expansion")]
-    return _first_beyond("deformation_step", flows, solver.extremes.gradient * dt)
+    return first_beyond("deformation_step", flows, solver.extremes.gradient * dt)
 
 
 def _long_step(chosen, solver, dt):
@@ -53,24 +55,17 @@ def _long_step(chosen, solver, dt):
     return (border, elastic / critical * border.value) if elastic > critical else None
 
 
-def _undrained(chosen, solver, dt):
-    """Steps beyond those of undrained waves, where the water's split has to follow these."""
-    if solver.water is None or solver.water.share > 0.0:
-        return None
-    return _first_beyond("undrained_step", ["explicit"], dt / solver.critical_dt()[0])
-
-
 def _fast(chosen, solver, dt):
     """Speeds near the wave speed, with steps near the critical one."""
     near = dt > 0.5 * solver.critical_dt()[0]
     speed = solver.extremes.speed / solver.particles.materials.wave_speed
-    return _first_beyond("fast_impact", ["elastic step 0.8"], speed) if near else None
+    return first_beyond("fast_impact", ["elastic step 0.8"], speed) if near else None
 
 
 def _near_apex(chosen, solver, dt):
     if not solver.unconverged:
         return None
-    return _first_beyond("apex", ["cap, frozen", "cap, implicit"], solver.extremes.gradient * dt)
+    return first_beyond("apex", ["cap, frozen", "cap, implicit"], solver.extremes.gradient * dt)
 
 
 def _torn(chosen, solver, dt):
@@ -79,20 +74,20 @@ def _torn(chosen, solver, dt):
     if emptied < TORN * max(1, occupied):
         return None
     stretch = float(np.nanmax(solver.particles.column("volume_ratio")))
-    return _first_beyond("numerical_fracture", [f"{chosen.kernel} 2"], stretch)
+    return first_beyond("numerical_fracture", [f"{chosen.kernel} 2"], stretch)
 
 
 def _noisy(chosen, solver, dt):
-    return _first_beyond("null_space_noise", [chosen.transfer], chosen.flip_ratio)
+    return first_beyond("null_space_noise", [chosen.transfer], chosen.flip_ratio)
 
 
 def _unlike(chosen, solver, dt):
     moduli = [law.youngs_modulus for law in solver.particles.materials.laws]
-    return _first_beyond("stiffness_contrast", ["quadratic"], max(moduli) / min(moduli))
+    return first_beyond("stiffness_contrast", ["quadratic"], max(moduli) / min(moduli))
 
 
 def _into_walls(chosen, solver, dt):
-    return _first_beyond("sph_wall", ["mirrored"], solver.extremes.speed / solver.particles.materials.wave_speed)
+    return first_beyond("sph_wall", ["mirrored"], solver.extremes.speed / solver.particles.materials.wave_speed)
 
 
 def _clumping(chosen, solver, dt):
@@ -100,11 +95,11 @@ def _clumping(chosen, solver, dt):
     stress = solver.particles.column("stress")
     law = solver.particles.materials.laws[0]
     pulled = float(np.nanmax(stress[:, :3].sum(axis=1))) / 3.0 / (law.density * law.wave_speed() ** 2)
-    return _first_beyond("sph_tensile", ["wendland c6 1.5"], pulled)
+    return first_beyond("sph_tensile", ["wendland c6 1.5"], pulled)
 
 
 SYMPTOMS = {
-    "mpm": (_undrained, _crossing, _deforming, _long_step, _fast, _near_apex, _torn, _noisy, _unlike),
+    "mpm": (_crossing, _deforming, _long_step, _fast, _near_apex, _torn, _noisy, _unlike),
     "sph": (_into_walls, _near_apex, _clumping),
     "depth": (),
     "implicit": (),

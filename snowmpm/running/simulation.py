@@ -180,7 +180,7 @@ class Simulation(Glance):
         try:
             self.solver.step(dt)
         except SimulationError as error:
-            known = diagnose(self.relay.scene.solver, self.solver, dt)
+            known = diagnose(self.relay.scene.solver, self.solver, dt, components.symptoms(self.scene))
             # Two lines: a hint from the atlas of failures is more useful than general advice
             raise SimulationError(f"{str(error).splitlines()[0]}\n{known}" if known else str(error)) from error
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):

@@ -3,13 +3,19 @@
 import numpy as np
 
 from snowmpm.running.event import Event
+from snowmpm.water.adapter import WaterAdapter
+
+
+def water_of(solver):
+    """The `WaterAdapter` of a solver."""
+    return next(one for one in solver.adapters if isinstance(one, WaterAdapter))
 
 
 class Wetting(Event):
     """Rain on, or melt of, the highest snow of each column under the sky, in the steps that begin while it lasts."""
 
     def apply(self, simulation):
-        spec, water, time = self._spec, simulation.solver.water, simulation.time
+        spec, water, time = self._spec, water_of(simulation.solver), simulation.time
         stop = np.inf if spec.stop is None else spec.stop
         if time >= stop:
             water.rain.pop(self, None)
@@ -31,5 +37,5 @@ class Drainage(Event):
 
     def apply(self, simulation):
         if simulation.time >= self._spec.start:
-            simulation.solver.water.outlets.drained[self._spec.border] = self._spec.becomes == "drained"
+            water_of(simulation.solver).outlets.drained[self._spec.border] = self._spec.becomes == "drained"
             self.done = True

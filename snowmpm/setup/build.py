@@ -9,14 +9,11 @@ from snowmpm.particles.population import Population
 from snowmpm.scenes.shapes import ThicknessRaster
 from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
-from snowmpm.setup.flow_water import two_phases
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
 from snowmpm.setup.obstacle_reach import refuse_unreachable
-from snowmpm.setup.pore_water import pore_water, water_columns
 from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.setup.taken_state import TakenState, take
-from snowmpm.setup.two_velocities import first_columns, has_own_water, soaked
 from snowmpm.solids import Obstacle, inside_any
 from snowmpm.stages import counted, stage
 from snowmpm.terrain import load_terrain
@@ -54,10 +51,6 @@ def build(scene, kept=None):
             uniform_pressure(model)
         elif scene.initial.stress != "none" and taken is None and not scene.solver.in_plan:
             stress_from_weight(model)
-    if scene.water and scene.water.scheme == "u_p":
-        model.population.water = water_columns(model, pore_water(model))
-    elif has_own_water(scene):
-        model.population.water = first_columns(model)
     return model
 
 
@@ -133,19 +126,11 @@ def _seed(scene, surface, obstacles, taken):
         shares[body.name] = seeds.share
         part = Population(seeds.positions, seeds.volumes, material,
                           np.broadcast_to(body.velocity, seeds.positions.shape), field=field, starts=body.start_time)
-        parts.append(_with_water(scene, body, part))
+        parts.append(components.filled(scene, body, part))
     population = Population.joined(parts)
     if len(population.volumes) == 0:
         raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")
     return population, np.cumsum([0, *(len(part.volumes) for part in parts[:-1])]), shares
-
-
-def _with_water(scene, body, part):
-    """A body's particles and those of the water in its pores, of a scheme where it has particles of its own."""
-    scheme = scene.water.scheme if scene.water else ""
-    if scheme == "two_phase":
-        return two_phases(scene, part)
-    return soaked(scene, body, part) if has_own_water(scene) else part
 
 
 def _as_left(columns, material, field):

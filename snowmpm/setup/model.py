@@ -20,9 +20,6 @@ from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
-from snowmpm.setup.flow_water import flow_water
-from snowmpm.setup.pore_water import pore_water
-from snowmpm.setup.two_velocities import has_own_water, two_velocities
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
 from snowmpm.terrain.topology import facet_normals
@@ -72,12 +69,9 @@ class Model:
         return found
 
     @property
-    def laws_of_phases(self):
-        """`laws`, and then those of the water in the pores of each material, where that has particles of its own."""
-        scheme = self.scene.water.scheme if self.scene.water else ""
-        if has_own_water(self.scene):
-            return [*self.laws, resolved("snowmpm.mixture.pore_fluid:PoreFluid")()]
-        return self.laws * 2 if scheme == "two_phase" else self.laws
+    def all_laws(self):
+        """`laws`, and then those of the particles that components add."""
+        return [*self.laws, *components.more_laws(self)]
 
     @cached_property
     def map_grid(self):
@@ -141,9 +135,8 @@ class Model:
     @cached_property
     def release_volume(self):
         """Volume of all bodies at time zero, with what symmetric sides of the domain left out (m2 in 2-D) [m3]."""
-        own = np.ones(len(self.population.volumes), bool)
-        if has_own_water(self.scene):  # water in the pores takes no room
-            own = self.population.material < len(self.laws)
+        takes_room = np.array([not law.IN_PORES for law in self.all_laws])
+        own = takes_room[self.population.material]
         volumes = np.bincount(self.body_of[own], self.population.volumes[own], len(self.scene.bodies))
         return float(sum(volume / self.shares.get(body.name, 1.0)
                          for volume, body in zip(volumes, self.scene.bodies, strict=True)))
@@ -184,22 +177,15 @@ class Model:
         """The solver of this scene at time zero. population: in place of its particles."""
         if self.scene.zone:
             return resolved("snowmpm.handover.nesting:nested")(self, population)
-        solver = self._solver(population)
-        if self.scene.water and self.scene.water.scheme == "u_p":
-            solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
-        return solver
-
-    def _solver(self, population):
         chosen = self.scene.solver
         entry = METHODS[chosen.method]
         # By name: methods are slow to import, and a run has one of them
-        seeps = self.scene.water and self.scene.water.scheme == "seepage"
-        build = resolved(entry.seeping if seeps else entry.builder)
+        build = resolved(components.builder(self.scene, chosen.method) or entry.builder)
         options = getattr(chosen, entry.options) if entry.options else chosen
         seeds = self.population if population is None else population
         adapters = components.adapters(self, chosen.method)
         acting = {"adapters": adapters} if adapters else {}
-        return build(seeds, self.laws_of_phases, options, **self._setting(), **acting)
+        return build(seeds, self.all_laws, options, **self._setting(), **acting)
 
     def _setting(self):
         """What a method is built with, by name (`MethodEntry`)."""
@@ -217,10 +203,6 @@ class Model:
             elif not isinstance(friction, int | float):
                 friction = friction.mu
             contact = {"terrain_contact": scene.terrain.contact, "terrain_friction": friction}
-            if METHODS[chosen.method].capabilities.flow_water and scene.water:
-                contact["flow_water"] = flow_water(self)
-        if has_own_water(scene):
-            contact["phases"] = two_velocities(self)
         if self.expected:
             contact["expected"] = self.expected
         return {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,

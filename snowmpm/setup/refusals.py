@@ -12,10 +12,6 @@ from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
 from snowmpm.schemes import BASES
-from snowmpm.setup.water_refusals import refuse_beside_water
-
-OF_WATER = {"u_p": ("drainage",), "v_w": ("rain",), "seepage": ("rain",)}
-"""Events that a scheme of water has where its method may not have them for others."""
 
 
 def demands(scene, later=False):
@@ -53,15 +49,12 @@ def demands(scene, later=False):
     for i, event in enumerate(scene.events):
         if later and not (event.kind == "load" and event.stop is None):
             continue
-        soaked = event.kind in OF_WATER.get(scene.water.scheme if scene.water else "", ())
-        yield scene.water.NEEDS if soaked else event.NEEDS, True, f"events.{i}.kind", event.kind
+        if event.NEEDS:
+            yield event.NEEDS, True, f"events.{i}.kind", event.kind
     for component in components.used(scene):
         for key, value in component.asked(scene):
             if not (later and able.plan and key.startswith("materials.")):  # columns have no strength
                 yield component.name, True, key, value
-    if scene.water:
-        key = "split" if scene.water.scheme == "u_p" and (able.water or able.solved_water) else "scheme"
-        yield scene.water.NEEDS, True, f"water.{key}", getattr(scene.water, key)
 
 
 def _of_friction(terrain):
@@ -101,8 +94,6 @@ def refuse_beyond(scene):
         _refuse_switch(scene, i, switch, able[i], able[i + 1])
     if scene.zone:
         _refuse_zone(scene)
-    if scene.water:
-        refuse_beside_water(scene)
     _refuse_uncomputed(scene)
     _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
@@ -125,8 +116,7 @@ def _refuse_zone(scene):
     if inner.plan or not inner.receives:
         raise InputError.at("zone.solver.method", scene.zone.solver.method, f"must be {' or '.join(others)}",
                             scene.source)
-    beside = {"switch.0.to": scene.switch and scene.switch[0].to, "water.scheme": scene.water and scene.water.scheme,
-              "initial.from": scene.initial.from_run}
+    beside = {"switch.0.to": scene.switch and scene.switch[0].to, "initial.from": scene.initial.from_run}
     for key, value in beside.items():
         if value:
             raise InputError.at(key, value, "does not go with zone, which hands over all the time", scene.source)
@@ -176,46 +166,69 @@ def _refuse_averaged_hat(scene):
                **({"zone.solver": scene.zone.solver} if scene.zone else {})}
     for key, solver in solvers.items():
         if BASES[solver.kernel].box:
-            beside = {"water": scene.water, "switch": scene.switch, "zone": scene.zone,
+            beside = {"switch": scene.switch, "zone": scene.zone,
                       'initial.relaxation = "static"': scene.initial.relaxation == "static"}
             if found := [name for name, there in beside.items() if there]:
                 raise InputError.at(f"{key}.kernel", solver.kernel,
                                     f'must be "quadratic" or "cubic" beside {" and ".join(found)}', scene.source)
 
 
-NO_COMPONENT = ('water.scheme = "seepage"',)
-"""Parts of a scene that no component goes with."""
-
 FEATURES = {
-    'water.scheme = "two_phase"': lambda scene: scene.water is not None and scene.water.scheme == "two_phase",
     "periodic sides of the domain": lambda scene: scene.domain and "periodic" in scene.domain.sides(
         scene.dimension).values(),
-    'water.scheme = "v_w"': lambda scene: scene.water is not None and scene.water.scheme == "v_w",
-    NO_COMPONENT[0]: lambda scene: scene.water is not None and scene.water.scheme == "seepage",
-    "switch": lambda scene: scene.switch, "zone": lambda scene: scene.zone, "water": lambda scene: scene.water,
     "initial.from": lambda scene: scene.initial.from_run is not None,
-    'initial.stress = "settle"': lambda scene: scene.initial.stress == "settle",
-    'initial.relaxation = "static"': lambda scene: scene.initial.relaxation == "static",
     "solver.kernel": lambda scene: BASES[scene.solver.kernel].box,
 }
-"""Parts of a scene that not all components go with, by name."""
+"""Parts of a scene that no key alone tells, and that not all components go with."""
+
+
+def _has(scene, name):
+    """Whether a scene has one of FEATURES, a table of this name, or a key with a value, 'table.key = "value"'."""
+    if name in FEATURES:
+        return FEATURES[name](scene)
+    key, _, value = name.partition(" = ")
+    for part in key.split("."):
+        scene = getattr(scene, part, None)
+    return f'"{scene}"' == value if value else bool(scene)
 
 
 def _refuse_beside_components(scene):
     """Raise InputError for a component beside what does not know it, and beside one that has what it needs."""
-    owners = {}
-    for component in components.used(scene):
+    owners, used = {}, components.used(scene)
+    for component in used:
         found = [f'{name} = "{scene.solver.kernel}"' if name == "solver.kernel" else name
-                 for name in (*component.beside, *NO_COMPONENT) if FEATURES[name](scene)]
+                 for name in component.beside if _has(scene, name)]
         key, value = next(iter(component.asked(scene)))
+        if not component.alone:
+            found += [_named(other, scene) for other in used if other.alone]
         if found:
             raise InputError.at(key, value, f"does not go with {' and '.join(found)}", scene.source)
         for needed in component.owns:
             if (first := owners.setdefault(needed, component)) is not component:
                 raise InputError.at(key, value, f"does not go with {next(iter(first.asked(scene)))[0]}: both act on"
                                                 f" {needed}", scene.source)
+        if component.double and scene.solver.precision != "f64":
+            raise InputError.at("solver.precision", scene.solver.precision, f'must be "f64" {component.double}',
+                                scene.source)
         if component.refuse:
             component.refuse(scene)
+    _refuse_events(scene, used)
+
+
+def _named(component, scene):
+    """A component by the first key that asks for it, and its value."""
+    key, value = next(iter(component.asked(scene)))
+    return f'{key} = "{value}"'
+
+
+def _refuse_events(scene, used):
+    """Raise InputError for an event of a component that does not know it."""
+    taken = {kind for component in used for kind in component.events}
+    for i, event in enumerate(scene.events):
+        if event.OF and event.kind not in taken:
+            of = next(_named(component, scene) for component in used
+                      if next(iter(component.asked(scene)))[0].startswith(f"{event.OF}."))
+            raise InputError.at(f"events.{i}.kind", event.kind, f"does not go with {of}", scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

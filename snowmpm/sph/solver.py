@@ -76,7 +76,7 @@ class SphSolver(Solver):
         self.radius = KERNELS[scheme.kernel].reach * scheme.smoothing
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period, columns=self.adapters.columns)
+            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period, **self.adapters.of_particles)
         self.reach = self.radius * largest(scheme.lengths, dim)
         self.boundary = Boundary(frame, self.reach, terrain=terrain, terrain_contact=terrain_contact,
                                  terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
@@ -261,7 +261,7 @@ class SphSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces), components=self.components_work)
+        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces), components=self.adapters.work())
 
     @property
     def memory(self):

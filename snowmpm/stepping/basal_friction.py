@@ -74,8 +74,8 @@ def _sums_kernel(layout, real):
                     z = lengths[1] + lengths[0] * (ti.cast(edge * coordinates[b, dim - 1], ti.f64) + x[dim - 1])
                     volume = ti.cast(access.load(reals, places, p, at["volume"], 1)[0], ti.f64)
                     mass = volume * materials[material[p], DENSITY]
-                    if ti.static(layout.water_size > 0):
-                        mass += volume * ti.cast(access.load(reals, places, p, at["water"], 1)[0], ti.f64)
+                    if ti.static(layout.mass_at >= 0):
+                        mass += volume * ti.cast(access.load(reals, places, p, layout.mass_at, 1)[0], ti.f64)
                     speed = access.load(reals, places, p, at["velocity"], dim).norm()
                     for i in ti.static(range(2)):
                         for j in ti.static(range(dim - 1)):

@@ -21,8 +21,15 @@ class Adapter:
     name = ""
     columns: Mapping[str, int] = {}
     """numbers that a particle carries for it, by the name of their column"""
+    mass_column = ""
+    """of these columns, the one whose first number is a mass per reference volume [kg/m3] that particles have beside
+    that of their material"""
+    wave_speed = 0.0
+    """of waves through it and the snow together, where they are faster than those of the laws [m/s]"""
     moves_ground = False
     """whether the ground of a depth-averaged flow rises or sinks by it"""
+    load: Any = None
+    """of a depth-averaged flow: what it makes of the columns (`depth.kernel_api.ColumnLoad`)"""
     inlined: Any = None
     """what the kernels of a step contain of it, as its method says (`mpm.kernel_api.Inlined`)"""
 
@@ -71,6 +78,10 @@ class Adapter:
     def after_ground(self, grid: Any) -> None:
         """Ground and sides have met the nodes; obstacles are next."""
 
+    def after_surfaces(self, write_back: Callable[[], None]) -> None:
+        """Bodies and surfaces have met the nodes; write_back: brings those near surfaces to where particles read them,
+        which comes next."""
+
     def before_gather(self, dt: float) -> None:
         """The nodes have their new velocities."""
 
@@ -107,6 +118,11 @@ class Adapter:
         """Energy that it gave the snow since time zero [J]."""
         return 0.0
 
+    def given(self, lift: float) -> Mapping[str, float]:
+        """Energies that it gave the snow since time zero [J], beside that of `force_work`: columns of the history, by
+        name. lift [J/kg]: potential energy that the history counts of mass that is gone."""
+        return {}
+
     def damping_work(self) -> float:
         """Energy that it took by damping since time zero [J]."""
         return 0.0
@@ -136,8 +152,8 @@ class Adapter:
 
 
 HOOKS = ("before_step", "after_step", "around", "field_pairs", "friction", "intake", "before_scatter", "after_scatter",
-         "terms", "strain", "meet_surfaces", "before_ground", "after_ground", "before_gather", "after_gather",
-         "end_step", "limit_dt")
+         "terms", "strain", "meet_surfaces", "before_ground", "after_ground", "after_surfaces", "before_gather",
+         "after_gather", "end_step", "limit_dt")
 
 
 class Adapters:
@@ -157,6 +173,7 @@ class Adapters:
     meet_surfaces: list[Callable[..., bool]]
     before_ground: list[Callable[..., None]]
     after_ground: list[Callable[..., None]]
+    after_surfaces: list[Callable[..., None]]
     before_gather: list[Callable[..., None]]
     after_gather: list[Callable[..., None]]
     end_step: list[Callable[..., None]]
@@ -188,9 +205,16 @@ class Adapters:
                 if type(one).limit_dt is not Adapter.limit_dt}
 
     @property
-    def columns(self) -> tuple[tuple[str, int], ...]:
-        """Columns of all (name, numbers)."""
-        return tuple(column for one in self._all for column in one.columns.items())
+    def of_particles(self) -> dict[str, Any]:
+        """columns (name, numbers) of all, and mass_column, as `particles.sorted_particles.SortedParticles` takes
+        them."""
+        return {"columns": tuple(column for one in self._all for column in one.columns.items()),
+                "mass_column": next((one.mass_column for one in self._all if one.mass_column), "")}
+
+    @property
+    def wave_speed(self) -> float:
+        """The fastest of all [m/s]."""
+        return max((one.wave_speed for one in self._all), default=0.0)
 
     @property
     def inlined(self) -> tuple[Any, ...]:
@@ -201,6 +225,10 @@ class Adapters:
     def move_ground(self) -> bool:
         """Whether one of them does."""
         return any(one.moves_ground for one in self._all)
+
+    def work(self) -> dict[str, Mapping[str, float]]:
+        """What a step has to do for each, by name."""
+        return {one.name: one.work() for one in self._all}
 
     @property
     def bytes(self) -> int:

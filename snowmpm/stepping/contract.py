@@ -95,8 +95,6 @@ class Method(ABC):
     """return maps that failed since time zero"""
     adapters: Adapters = NONE
     """of the components at work"""
-    water: Any = None
-    """`water.pore_water.PoreWater` in the particles, or None"""
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -166,11 +164,6 @@ class Method(ABC):
         """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows; counts as a load."""
         raise NotImplementedError(f"{type(self).__name__} takes no push")
 
-    def fill_pores(self, water: Any, shorten: bool = True) -> None:
-        """Let the water of the particles' column "water" flow and press from now on: a `water.pore_water.PoreWater`;
-        shorten: by steps as short as it asks for."""
-        raise NotImplementedError(f"{type(self).__name__} holds no water")
-
     # ---- settling ---------------------------------------------------------------------------------------------
 
     @abstractmethod
@@ -218,7 +211,7 @@ class Method(ABC):
     @property
     def workload(self) -> Workload:
         """`Workload` of a step."""
-        return Workload(self.particles.n_blocks)
+        return Workload(self.particles.n_blocks, components=self.adapters.work())
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 

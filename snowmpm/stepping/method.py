@@ -12,7 +12,6 @@ from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import (
     BREAKING_SHARE,
     FLIGHT_LIMIT,
-    SOAKED_SHARE,
     STRAINED_SHARE,
     Extremes,
     stable_step,
@@ -53,23 +52,13 @@ class Solver(Method):
         self.time, self.steps, self.damping_factor = 0.0, 0, 1.0
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
-        self.water = None
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])
 
-    def fill_pores(self, water, shorten=True):
-        """Let a `water.pore_water.PoreWater` act from now on; shorten: by steps as short as it asks for, of a scene
-        that gives no C."""
-        self.water = water
-        if shorten:
-            self.cfl = self.usual_cfl = min(self.cfl, SOAKED_SHARE * self.critical_cfl)
-            self.breaking_cfl = min(self.breaking_cfl, self.cfl)
-        water.begin(self)
-
-    @property
-    def components_work(self):
-        """What a step has to do for the components, for `stepping.contract.Workload`."""
-        return {one.name: one.work() for one in self.adapters}
+    def shorten_steps(self, share):
+        """Keep the C of a scene that gives none to this share of the critical one."""
+        self.cfl = self.usual_cfl = min(self.cfl, share * self.critical_cfl)
+        self.breaking_cfl = min(self.breaking_cfl, self.cfl)
 
     def set_gravity(self, gravity):
         """Gravity (dim,) [m/s2] of the steps to come."""
@@ -81,8 +70,6 @@ class Solver(Method):
         pushed = dt
         for act in self.adapters.before_step:
             pushed = act(dt, pushed)
-        if self.water:
-            self.water.act(self)
         return pushed
 
     def _advance_clock(self, dt, pushed):
@@ -92,13 +79,10 @@ class Solver(Method):
                 for act in self.adapters.after_step:
                     act(dt)
         self.weight_impulse += pushed * self.particles.mass * self.gravity
-        if self.water:
-            with runtime.precision(self.precision):
-                self.water.close(self, dt)
-        if self.particles.repeats.any():
-            self.momentum_gain += dt * (self.weight_impulse + self.impulse - self.particles.removed["momentum"])
         for act in self.adapters.end_step:
             act(dt)
+        if self.particles.repeats.any():
+            self.momentum_gain += dt * (self.weight_impulse + self.impulse - self.particles.removed["momentum"])
         self.time += dt
         self.steps += 1
 
@@ -147,8 +131,8 @@ class Solver(Method):
         extremes = self.extremes
         if (pushing := self._pushing_speed) > extremes.speed:
             extremes = replace(extremes, speed=pushing)
-        if self.water:
-            extremes = replace(extremes, wave_speed=max(extremes.wave_speed, self.water.wave_speed))
+        if (faster := self.adapters.wave_speed) > extremes.wave_speed:
+            extremes = replace(extremes, wave_speed=faster)
         return stable_step(self.dx, elastic, advective, self.materials.fastest_wave, extremes)
 
     def _read(self, report):
@@ -223,8 +207,6 @@ class Solver(Method):
         self._loaded[:], self.weight_impulse[:], self.momentum_gain[:] = 0.0, 0.0, 0.0
         for one in self.adapters:
             one.restart()
-        if self.water:
-            self.water.begin(self)
 
     def state(self):
         """Particles, blocks, clock and totals by name; a method adds its own."""
@@ -234,7 +216,6 @@ class Solver(Method):
             "momentum_gain": self.momentum_gain.copy(),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
             **({"components": self.adapters.state()} if self.adapters else {}),
-            **({"water": self.water.state()} if self.water else {}),
         }
 
     def restore(self, state):
@@ -252,5 +233,3 @@ class Solver(Method):
         self.n_plastic = state["n_plastic"]
         if self.adapters:
             self.adapters.restore(state["components"])
-        if self.water:
-            self.water.restore(state["water"], self)

@@ -62,10 +62,6 @@ USUAL_SHARE = 0.9
 """The C of the elastic limit over the critical one, of a scene that gives none. Errors do not grow with the step where
 nothing softens (`snowmpm study accuracy-speed`), and no grain bears less than the critical one, known to 1 %."""
 
-SOAKED_SHARE = 0.5
-"""The same with water in the pores: the errors of its coupling grow with the square of the step and with 1 / (1 -
-share²) (`water.pore_water`), 11 times from here to USUAL_SHARE."""
-
 USUAL_ADVECTIVE = 0.4
 """Cells that a particle may cross in a step of a scene that gives no C: paths and what walls take depend on it."""
 

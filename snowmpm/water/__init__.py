@@ -1,1 +1,1 @@
-"""Water in the pores of snow and soil: its flow through the cells that hold material, its pressure, its budget."""
+"""What components of water share: permeability, drag, cells that hold material, columns and balance of the water."""

@@ -39,11 +39,12 @@ class RainedPhases(Phases):
             self._first[labels[:, 1]] = store.positions()
             self._keep(np.zeros((0, solver.dim)))
 
-    def fall(self, solver, dt):
+    def fall(self, dt):
         """Rain of a step of dt [s]: whole particles of water, on the highest grains or the pool of each column in plan,
         at rest."""
         if not self.rain:
             return
+        solver = self._solver
         store, width, dim = solver.particles, self.spacing, solver.dim
         size = float(self.porosity[0]) * width**dim
         lower, upper = (solver.frame.origin + solver.dx * bound for bound in (solver.frame.lower, solver.frame.upper))
@@ -72,7 +73,7 @@ class RainedPhases(Phases):
     def _take_in(self, solver, places, size):
         n = len(places)
         added = Population(places, np.full(n, size), self.material, field=self.DROP_FIELD)
-        added.water = self.columns(added.material, np.ones(n), np.zeros(n))
+        added.columns["water"] = self.first_rows(added.material, np.ones(n), np.zeros(n))
         first = len(self._first) + len(self.fallen)
         solver.receive(added, np.arange(first, first + n))
         self._keep(np.vstack([self.fallen, places]))
@@ -93,10 +94,8 @@ class RainedPhases(Phases):
         return {**super().state(), "fallen": self.fallen, "columns": np.array(columns, np.int64),
                 "owed": np.array([self.owed[column] for column in columns], float)}
 
-    def restore(self, state, solver):
+    def restore(self, state):
         """Take over what `state()` gave."""
-        super().restore(state, solver)
-        if "fallen" not in state:  # checkpoints of older versions have no rain in v_w
-            return
+        super().restore(state)
         self._keep(state["fallen"])
         self.owed = dict(zip(state["columns"].tolist(), state["owed"].tolist(), strict=True))

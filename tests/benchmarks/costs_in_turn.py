@@ -188,20 +188,23 @@ def water():
     """ns that water in the pores adds to a step: a particle, or a column and layer, and a step. Of many and of few
     particles with and without it, step by step in turn."""
     for dim, sides in ((2, (10, 60)), (3, (4, 16))):
-        yield from _more_by_water("u_p", dim, "f64", [_soaked(dim, side) for side in sides], 1)
-        yield from _more_by_water("v_w", dim, "f64", [_layered(dim, side) for side in sides], 1)
-        yield from _more_by_water("seepage", dim, "f64", [_seeping(dim, side) for side in sides], 1)
+        for method in ("mpm", "implicit"):  # that of implicit steps is taken to be the same
+            yield from _more_by_water(f"{method} pore_water", dim, "f64", [_soaked(dim, side) for side in sides])
+        yield from _more_by_water("mpm two_velocities", dim, "f64", [_layered(dim, side) for side in sides])
+        yield from _more_by_water("sph seepage", dim, "f64", [_seeping(dim, side) for side in sides])
     for precision in ("f32", "f64"):
-        yield from _more_by_water("one_phase", 3, precision, [_slush(side, precision) for side in (8, 100)], LAYERS)
-        yield from _more_by_water("two_phase", 3, precision, [_mixed(side, precision) for side in (8, 100)], LAYERS)
+        for scheme, made in (("one_phase", _slush), ("two_phase", _mixed)):
+            pairs = [made(side, precision) for side in (8, 100)]
+            yield from _more_by_water("depth flow_water", 3, precision, pairs, LAYERS, f"{scheme} layer",
+                                      f"{scheme} step")
 
 
-def _more_by_water(scheme, dim, precision, pairs, layers):
+def _more_by_water(component, dim, precision, pairs, layers=1, of_particle="particle", of_step="step"):
     few, many = (_difference(pair) for pair in pairs)
     speed = measured_speed().over(Speed(*costs.reference_speed()))[0]
     a_particle = (many[1] - few[1]) / (many[0] - few[0]) / speed
-    yield "water", dim, precision, scheme, a_particle / layers
-    yield "water call", dim, precision, scheme, max(0.0, few[1] / speed - few[0] * a_particle)
+    yield component, dim, precision, of_particle, a_particle / layers
+    yield component, dim, precision, of_step, max(0.0, few[1] / speed - few[0] * a_particle)
 
 
 def _difference(tables):

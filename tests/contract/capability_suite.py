@@ -147,57 +147,6 @@ def _is_recorded(simulation):
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
 
 
-def _soaked(method):
-    return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "table": 0.2, "suction": 0.0,
-                                                                  "saturation": 0.3})
-
-
-def _holds_water(simulation):
-    steps(simulation, 5)
-    fields, row = simulation.particles, simulation.audit()
-    low = fields["position"][:, -1] < 0.19
-    # It falls, so that water has no weight in it, but what is full stays nearly so
-    assert fields["saturation"][low].min() > 0.99 and fields["saturation"][~low].max() < 0.35
-    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
-
-
-def _with_moving_water(method):
-    return _free(method, solver={"transfer": "aflip"}, precision="f64", gravity=given.G,
-                 water={"scheme": "v_w", "permeability": 1e-9, "bulk_modulus": 1e6})
-
-
-def _falls_together(simulation):
-    before = simulation.audit()
-    steps(simulation, 5)
-    fields, row = simulation.particles, simulation.audit()
-    np.testing.assert_allclose(fields["velocity"][:, -1], -given.G * simulation.time, rtol=1e-9)
-    assert row["water_mass"] == before["water_mass"] > 0.0
-    assert row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
-
-
-def _with_seepage(method):
-    return _free(method, precision="f64", gravity=given.G, water={"scheme": "seepage", "permeability": 1e-7})
-
-
-def _seeps_down(simulation):
-    steps(simulation, 5)
-    fields, row = simulation.particles, simulation.audit()
-    wet = fields["material"] == fields["material"].max()
-    assert (fields["velocity"][~wet] == 0.0).all() and fields["velocity"][wet, -1].mean() < 0.0
-    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
-
-
-def _full(method):
-    return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "split": "monolithic"})
-
-
-def _stays_full(simulation):
-    steps(simulation, 3)
-    row = simulation.audit()
-    assert simulation.particles["saturation"].min() > 0.999
-    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-10
-
-
 def _along(method):
     # Where bonds break, the fracture energy holds the grid unless it has a thickness of its own
     snow = {**given.SNOW, "reference_thickness": 2.0 * given.DX}
@@ -217,10 +166,6 @@ CAPABILITIES = {
     "cuts": Asked(_cut, _bonds_gone),
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
-    "water": Asked(_soaked, _holds_water),
-    "two_velocities": Asked(_with_moving_water, _falls_together),
-    "seepage": Asked(_with_seepage, _seeps_down),
-    "solved_water": Asked(_full, _stays_full),
     "saw_test": Asked(_saw, _is_recorded),
     "averaged_hats": Asked(_on_hats, _stopped),
     "presets": Asked(_along, _changes_something),

@@ -25,7 +25,7 @@ ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesi
              "ground_rasters": "scenes/test_ground_friction.py", "contacts": "contract/test_depth_refusals.py",
              "sides": "contract/test_depth_refusals.py", "delays": "depth/test_depth_releases.py",
              "thickness_rasters": "depth/test_depth_releases.py", "moving_obstacles": "depth/test_depth_loads.py",
-             "flow_water": "depth/test_depth_water.py", "receives": "handover/test_zone.py",
+             "receives": "handover/test_zone.py",
              "rows_of_jump": "verification/test_cracks_by_sph.py"}
 """Capabilities of the ground and the sides, and others, with the tests that ask for them and are refused."""
 QUESTIONS = [(name, None) for name in CAPABILITIES] + [(name, value) for name in VALUES for value in VALUES[name]]

@@ -48,7 +48,7 @@ def digest(solver):
     totals = solver.totals
     numbers = np.concatenate([columns(solver).ravel(), totals.impulse, [totals.contact_work, solver.time],
                               solver.bed.heights.ravel(),
-                              solver.particles.wet.profile().ravel() if solver.particles.wet else []])
+                              solver.particles.load.pores.profile().ravel() if solver.particles.load else []])
     return hashlib.sha256(numbers.tobytes()).hexdigest()
 
 

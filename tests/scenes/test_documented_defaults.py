@@ -10,15 +10,16 @@ import snowmpm
 from snowmpm.campaigns.cluster import DEATHS
 from snowmpm.cli import watch
 from snowmpm.components.face_loads.from_scene import PENALTY, SOLVED_PENALTY
+from snowmpm.components.flow_water.declare import FlowingWater
 from snowmpm.components.forest_and_deposition.declare import Deposition, Forest
 from snowmpm.components.rigid_bodies.impulses import SWEEPS
+from snowmpm.components.two_velocities.declare import MovingWater
 from snowmpm.implicit.linear import MOST_DIRECT
 from snowmpm.running.rest import rested
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.dams import Dam
 from snowmpm.scenes.numerics import Depth, Implicit, Sph
 from snowmpm.scenes.switch import SHARES, Switch
-from snowmpm.scenes.water import FlowingWater, MovingWater
 
 ROOT = Path(__file__).parents[2]
 AT_REST = ROOT / "tests" / "resume" / "at_rest.toml"

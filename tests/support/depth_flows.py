@@ -5,13 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from snowmpm.components.flow_water.depth import wet_columns
+from snowmpm.components.flow_water.one_phase import FlowWater
 from snowmpm.depth.snapshot import depth_at_nodes
 from snowmpm.depth.solver import DepthSolver
 from snowmpm.ground import Coulomb, FrictionLaw
 from snowmpm.materials import LAWS
 from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Depth
-from snowmpm.water.flow_water import FlowWater
 
 G = 9.81
 DENSITY = 250.0
@@ -96,7 +97,7 @@ def front(x, depth, threshold):
 def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities=(DENSITY,), starts=0.0,
          water=None, adapters=()):
     """`DepthSolver` of columns at plan positions (n, 2) with volumes (n,) and velocities in plan (n, 2); densities
-    [kg/m3]: of one column after the other, in turn; starts (n,) [s]; water, adapters: of `DepthSolver`."""
+    [kg/m3]: of one column after the other, in turn; starts (n,) [s]; water: `FlowWater`; adapters: of `DepthSolver`."""
     upright = np.zeros((len(plan), 1))
     still = np.zeros_like(plan) if velocities is None else velocities
     population = Population(np.hstack([plan, upright]), np.broadcast_to(volumes, len(plan)).astype(float),
@@ -106,7 +107,7 @@ def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities
     return DepthSolver(population, laws, options, dx=dx, precision=options.precision,
                        lower=np.array([*ground.lower, -1e3]), upper=np.array([*ground.upper, 1e3]),
                        gravity=[0.0, 0.0, -G], cfl=options.cfl, terrain=ground, friction=ground.friction,
-                       sides=[*ground.sides, OPEN], water=water, adapters=adapters)
+                       sides=[*ground.sides, OPEN], adapters=[*([wet_columns(water)] if water else []), *adapters])
 
 
 def pore_water(*, porosity=0.3, grains=2500.0, level=1.0, consolidation=0.0, excess=0.0, layers=16, drained=False):

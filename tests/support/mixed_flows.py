@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from snowmpm.components.flow_water.depth import wet_columns
+from snowmpm.components.flow_water.two_phase import TwoPhaseWater
 from snowmpm.depth.snapshot import depth_at_nodes
 from snowmpm.depth.solver import DepthSolver
 from snowmpm.materials import LAWS
 from snowmpm.particles.population import Population
 from snowmpm.water.drag import Anderson
-from snowmpm.water.two_phase import TwoPhaseWater
 from tests.support.depth_flows import OPEN, USUAL, G
 
 WATER = 1000.0
@@ -32,7 +33,7 @@ def mixed_flow(plan, volumes, ground, dx, *, grains, drag, porosity=0.5, consoli
     return DepthSolver(population, laws, options, dx=dx, precision=options.precision,
                        lower=np.array([*ground.lower, -1e3]), upper=np.array([*ground.upper, 1e3]),
                        gravity=[0.0, 0.0, -G], cfl=options.cfl, terrain=ground, friction=ground.friction,
-                       sides=[*ground.sides, OPEN], water=water)
+                       sides=[*ground.sides, OPEN], adapters=[wet_columns(water)])
 
 
 def phase(solver, k):

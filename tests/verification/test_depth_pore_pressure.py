@@ -86,7 +86,7 @@ def test_a_drained_bed_against_an_own_solution():
     between them the base is 0."""
     solver, unit = still(32, excess=1.0, drained=True), DEEP**2 / CV
     run_to(solver, 0.1 * unit, 0.002 * unit)
-    seen = solver.particles.wet.profile()[0] / (BORNE * G * DEEP)
+    seen = solver.particles.load.pores.profile()[0] / (BORNE * G * DEEP)
     n, steps = 32, 20000
     z = 0.1 / steps * n**2
     bands = np.array([np.full(n - 1, -z), np.full(n - 1, 1.0 + 2.0 * z), np.full(n - 1, -z)])

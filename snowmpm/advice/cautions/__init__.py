@@ -13,7 +13,6 @@ from snowmpm.advice.cautions import (  # noqa: F401
     round_off,
     saw_column,
     shallow,
-    soaked,
     sph_sums,
     standing,
     time_steps,

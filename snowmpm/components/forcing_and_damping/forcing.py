@@ -135,8 +135,9 @@ class Forcing(Adapter):
         # While an initial state settles, the step that follows takes its share of this, too
         solver.add_impulse((mass @ gain) * (solver.damping_factor if solver.DAMPED_IMPULSE else 1.0))
         self._force_work += float(mass @ (gain * (v + 0.5 * gain)).sum(axis=1))
-        if store.fluid is not None:  # a pressure on the surface bears on the skeleton
-            pressure[store.material.to_numpy()[: store.count] == store.fluid] = 0.0
+        fluid = np.array([law.IN_PORES for law in store.materials.laws])
+        if fluid.any():  # a pressure on the surface bears on the skeleton
+            pressure[fluid[store.material.to_numpy()[: store.count]]] = 0.0
         if pressure.any():
             kernels.confine(store.reals, store.slot_offset, ratio * pressure, store.count)
             self._confined = pressure * volume, ratio, pressure

@@ -71,8 +71,8 @@ def particle_kernels(layout, real):
                 C = ti.cast(access.load(reals, places, p, at["affine"], dim * dim), ti.f64)
                 volume = ti.cast(access.load(reals, places, p, at["volume"], 1)[0], ti.f64)
                 mass = volume * ti.cast(materials[ti.cast(material[p], ti.i32), DENSITY], ti.f64)
-                if ti.static(layout.water_size > 0):
-                    mass += volume * ti.cast(access.load(reals, places, p, at["water"], 1)[0], ti.f64)
+                if ti.static(layout.mass_at >= 0):
+                    mass += volume * ti.cast(access.load(reals, places, p, layout.mass_at, 1)[0], ti.f64)
                 for a in ti.static(range(dim)):
                     total[a] += mass * v[a]
                 total[dim] += mass * (v.norm_sqr() + second_moment * C.norm_sqr())

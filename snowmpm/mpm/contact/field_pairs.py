@@ -19,6 +19,10 @@ class FieldPairs:
     held = False
     """Whether the second field goes with the first, at surfaces too."""
 
+    relief = None
+    """Taichi (contact nodes, dim or more): impulse [N s] that the second field took off the nodes of the first one,
+    where surfaces meet the fields in turn and friction is of what is left; None where they do not"""
+
     def __init__(self, dim, fields):
         self.totals, self._dim = np.zeros((fields, fields, 1 + dim)), dim
 

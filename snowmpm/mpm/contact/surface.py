@@ -57,15 +57,14 @@ class Surface:
     def slots(self, keys, coordinates):
         return self.geometry.slots(keys, coordinates)
 
-    def bind(self, real, kernel, flip, serial, lists=False, soaked=False):
-        """Compile for a precision, a basis, a transfer, one thread or all of them; lists: also for some contact
-        blocks; soaked: for grains beside water."""
+    def bind(self, real, kernel, flip, serial, relieved=False):
+        """Compile for a precision, a basis, a transfer, one thread or all of them; relieved: also for contact blocks of
+        velocity fields that surfaces meet in turn (`contact_kernel`)."""
         self._lines = Lines(self.dim, real, kernel, self.geometry.stored, serial, self._edges)
         if self.moving:
             self.geometry.bind(serial)
         scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
-        self._resolve = [own_launches(contact_kernel(*scheme, some, soaked and some))
-                         for some in (False, True)[: 1 + lists]]
+        self._resolve = [own_launches(contact_kernel(*scheme, some)) for some in (False, True)[: 1 + relieved]]
         self._kernel, self._no_walls = kernel, ti.ndarray(ti.types.vector(4, real), (1,))
         if self.joinable:
             self._hold = own_launches(joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK))
@@ -114,10 +113,10 @@ class Surface:
         return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
 
     def _coefficients(self, grid):
-        """Coefficients of friction of nodes in plan, and which nodes these are; of grains beside water what
-        `contact_kernel` wants to know of the water."""
+        """Coefficients of friction of nodes in plan, and which nodes these are; of fields that are met in turn what
+        `contact_kernel` wants to know of the other one."""
         if grid.contact.layers:
-            return grid.fields.borne, self._everywhere[1]
+            return grid.fields.relief, self._everywhere[1]
         return self._everywhere if self.basal is None else (self.basal.coefficients, int_array(self.basal.window))
 
     def locate(self, grid):
@@ -134,10 +133,10 @@ class Surface:
                        self.motion, self.total, joined.n)
         resolve = self._resolve[bool(blocks.layers)]
         whole = (blocks.everyone, blocks.chunk_bounds, blocks.n)
-        # Water slips where grains stick or rub, unless it goes with them
+        # The second field slips where the first one sticks or rubs, unless it goes with it
         stays = grid.fields is not None and grid.fields.held and (self.code == STICK or self.friction > 0.0)
-        of_water = STICK if stays else SLIP if self.code == STICK else self.code
-        ways = (self.code, self.friction), (of_water, 0.0)
+        of_second = STICK if stays else SLIP if self.code == STICK else self.code
+        ways = (self.code, self.friction), (of_second, 0.0)
         for (code, friction), (work, bounds, n) in zip(ways, blocks.layers or [whole], strict=False):
             if n:
                 resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,

@@ -68,20 +68,19 @@ FAINTEST = 1e-12
 
 
 @functools.cache
-def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=False, soaked=False):
+def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, relieved=False):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
     moving: the solid moves as `motion` says (`contact_node`), and moments are added up too. varies: the coefficient of
     friction is that of the node in plan: coefficients (nx, ny) of those from window[0], window[1] on
-    (`stepping.basal_friction`), in place of `friction`. lists: `work` names the contact blocks to visit. soaked:
-    nodes of grains beside water, whose friction is that of the effective stress; coefficients (nodes, dim) holds the
-    impulse that the water in the pores gave each node, without the buoyancy of its grains: what is left presses them
-    to the wall, or drags them there.
+    (`stepping.basal_friction`), in place of `friction`. relieved:
+    `work` names the contact blocks to visit, and coefficients (nodes, dim or more) holds the impulse that another
+    velocity field took off each node (`field_pairs.FieldPairs.relief`): friction is of what is left.
     """
     of_node = node_vector(real, flip)
     reach, edge, stride = REACH[kernel], EDGE[dim], block_nodes(dim)
     n_totals = N_TOTALS[dim]
-    node, pick = node_functions(dim, real, moving), picker(lists)
+    node, pick = node_functions(dim, real, moving), picker(relieved)
 
     @ti.func
     def coefficient(place, coordinates: ti.template(), friction, coefficients: ti.template(), window: ti.template()):
@@ -95,27 +94,27 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
         return mu
 
     @ti.func
-    def normal_of(borne: ti.template(), place, n):
-        """Part along n of what the water gave a node."""
+    def normal_of(relief: ti.template(), place, n):
+        """Part along n of what the other field gave a node."""
         found = ti.cast(0.0, real)
         for a in ti.static(range(dim)):
-            found += borne[place, a] * n[a]
+            found += relief[place, a] * n[a]
         return found
 
     @ti.func
-    def dry_share(borne: ti.template(), place, n, u, mass):
-        """Share of the impulse that stops a node at the wall that its grains press with, and not the water."""
+    def own_share(relief: ti.template(), place, n, u, mass):
+        """Share of the impulse that stops a node at the wall by which the node itself presses."""
         share = ti.cast(1.0, real)
-        if ti.static(soaked):
+        if ti.static(relieved):
             whole = -mass * u.dot(n)
             if whole > 0.0:
-                share = ti.max(0.0, ti.min(1.0, 1.0 + normal_of(borne, place, n) / whole))
+                share = ti.max(0.0, ti.min(1.0, 1.0 + normal_of(relief, place, n) / whole))
         return share
 
     @ti.func
     def act_on_line(line, nodes: ti.template(), contact_offset, places: ti.template(), numbers: ti.template(), code,
                     friction, totals: ti.template(), coordinates: ti.template(), motion: ti.template(), dx,
-                    borne: ti.template()):
+                    relief: ti.template()):
         leader = places[line, 0]
         n = ti.Vector([numbers[line, a] for a in ti.static(range(dim))])
         mass, found = nodes[contact_offset + leader][3], ti.cast(0.0, real)
@@ -129,9 +128,9 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
         if found > 0.0:
             u = node.as_vector(nodes[contact_offset + leader]) - node.solid_velocity(leader, coordinates, motion, dx)
             effective, momentum = mass, mass * u
-            given, led, ratios = ti.cast(0.0, real), ti.cast(0.0, real), mass  # sums of the water's impulse along n
-            if ti.static(soaked):
-                given = normal_of(borne, leader, n)
+            given, led, ratios = ti.cast(0.0, real), ti.cast(0.0, real), mass  # sums of the other's impulse along n
+            if ti.static(relieved):
+                given = normal_of(relief, leader, n)
                 led = given
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
@@ -141,8 +140,8 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                         u_f[j, a] = u_j[a]
                     effective += ratio[j] * ratio[j] * masses[j]
                     momentum += ratio[j] * masses[j] * u_j
-                    if ti.static(soaked):
-                        own = normal_of(borne, place[j], n)
+                    if ti.static(relieved):
+                        own = normal_of(relief, place[j], n)
                         ratios += ratio[j] * masses[j]
                         given, led = given + own, led + ratio[j] * own
             target = momentum * 0.0
@@ -180,8 +179,8 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                         part = change.dot(n) * n
                         after = u_j + part + share_t * (change - part)
                     elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
-                        dry = dry_share(borne, place[j], n, u_j, masses[j])
-                        after = contact_velocity(u_j, n, code, friction * dry)
+                        own = own_share(relief, place[j], n, u_j, masses[j])
+                        after = contact_velocity(u_j, n, code, friction * own)
                     solid = node.solid_velocity(place[j], coordinates, motion, dx)
                     node.set_velocity(nodes, contact_offset, place[j], after, solid, totals, coordinates, motion)
 
@@ -211,7 +210,7 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                             solid = node.solid_velocity(place, coordinates, motion, dx)
                             mu = coefficient(place, coordinates, friction, coefficients, window)
                             u = node.as_vector(nodes[contact_offset + place]) - solid
-                            mu *= dry_share(coefficients, place, n, u, nodes[contact_offset + place][3])
+                            mu *= own_share(coefficients, place, n, u, nodes[contact_offset + place][3])
                             u = contact_velocity(u, n, code, mu)
                             node.set_velocity(nodes, contact_offset, place, u, solid, totals, coordinates, motion)
                     for t in ti.static(range(n_totals)):

@@ -73,8 +73,8 @@ def particle_kernel(layout, real, flip, basis, gradient, affine, inlined):
         tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
         volume = access.load(reals, places, p, at["volume"], 1)[0]
         mass, beside = volume * materials[material[p], DENSITY], ti.cast(0.0, real)
-        if ti.static(layout.water_size > 0):
-            mass += volume * access.load(reals, places, p, at["water"], 1)[0]
+        if ti.static(layout.mass_at >= 0):
+            mass += volume * access.load(reals, places, p, layout.mass_at, 1)[0]
             beside = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
         vectors = [ti.Vector.zero(real, size) for _ in ti.static(range(parts.n_vectors))]
         impulse, pull = (-dt / dx * volume) * tau, ti.Vector.zero(real, dim)

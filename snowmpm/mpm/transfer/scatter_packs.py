@@ -45,7 +45,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, se
     parts = spreading(dim, real, basis, gradient, flip, affine, False, pulls)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
-               ("w", width * dim), ("bulk", int(layout.water_size > 0)), ("own", n_own), ("ratio", int(n_own > 0)))
+               ("w", width * dim), ("bulk", int(layout.mass_at >= 0)), ("own", n_own), ("ratio", int(n_own > 0)))
     entry = entries(dim)
 
     @ti.func
@@ -65,8 +65,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, se
             if ti.static(pulls):
                 write_lane(pack["own"], lane, access.load(reals, places, p, given.at, given.size))
                 pack["ratio"][0][lane] = access.load(reals, places, p, at["volume_ratio"], 1)[0]
-            if ti.static(layout.water_size > 0):
-                pack["mass"][0][lane] += volume * access.load(reals, places, p, at["water"], 1)[0]
+            if ti.static(layout.mass_at >= 0):
+                pack["mass"][0][lane] += volume * access.load(reals, places, p, layout.mass_at, 1)[0]
                 pack["bulk"][0][lane] = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
 
     @ti.func
@@ -86,7 +86,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, se
                     tau[i, j] = pack["tau"][entry[i][j]][lane]
             impulse = (-dt / dx * pack["volume"][0][lane]) * tau
             pull, beside = ti.Vector.zero(real, dim), ti.cast(0.0, real)
-            if ti.static(layout.water_size > 0):
+            if ti.static(layout.mass_at >= 0):
                 beside = pack["bulk"][0][lane]
             if ti.static(pulls):
                 impulse, pull, beside = given.act(impulse, pack["ratio"][0][lane], read_lane(pack["own"], lane), dx)

@@ -10,8 +10,6 @@ from snowmpm.study.atlas import (
     granular,
     layers,
     round_off,
-    seeping,
-    soaked,
     softening,
     sph_lattices,
     stretching,
@@ -29,7 +27,7 @@ GROUPS = {
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
     "depth-averaged flow": columns_in_plan.ENTRIES,
-    "water in the pores": (*soaked.ENTRIES, *seeping.ENTRIES),
+    "water in the pores": (),
 }
 for component in components.declared():
     if component.atlas:

@@ -1,0 +1,1 @@
+"""Water in a depth-averaged flow, and excess pore pressure over its depth."""

@@ -1,0 +1,1 @@
+"""Water that fills the pores of the snow and flows through them by Darcy's law."""

@@ -1,0 +1,1 @@
+"""Grains and water with a velocity each."""

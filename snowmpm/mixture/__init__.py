@@ -1,1 +1,0 @@
-"""Grains and water with a velocity each, in explicit MPM."""
