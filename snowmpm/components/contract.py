@@ -17,7 +17,7 @@ class Component:
 
     name: str
     package: str
-    """that its adapters lie in, a module for each method, named after it"""
+    """that its adapters lie in, a module for each method, named after it; "" where `adapters` names them"""
     words: str
     """what it is called in tables of `check`"""
     asked: Callable[[Any], Iterable[tuple[str, object]]]
@@ -26,6 +26,11 @@ class Component:
     """among the components: those of lower number act first"""
     keys: Mapping[str, Any] = field(default_factory=dict)
     """`scenes.spec.Spec`s with keys that it adds to tables of a scene, by their places: "scene", "solver.implicit" """
+
+    adapters: Mapping[str, Any] = field(default_factory=dict)
+    """by method, of one without a package: model -> `stepping.component.Adapter`, or "module:name" of it"""
+    costs: Mapping[str, float] = field(default_factory=dict)
+    """ns of each row of `Adapter.work` on one thread, of one that the table of the package does not know"""
 
     # ---- what it does not go with, and what is said of it -------------------------------------------------------
 
@@ -96,7 +101,7 @@ class Component:
 
     def supports(self, method: str) -> bool:
         """Whether it has an adapter for a method."""
-        return _exists(f"{self.package}.{method}")
+        return method in self.adapters or (bool(self.package) and _exists(f"{self.package}.{method}"))
 
     def registered(self) -> set[type]:
         """Of one that is added later: give tables of a scene its keys; -> those that have changed."""
@@ -107,7 +112,7 @@ class Component:
 
     def adapter(self, method: str) -> Callable[..., Any]:
         """Its adapter for a method: model -> `stepping.component.Adapter`."""
-        return resolved(f"{self.package}.{method}:adapter")
+        return resolved(self.adapters.get(method) or f"{self.package}.{method}:adapter")
 
 
 @functools.cache

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
-from snowmpm.registry import LAWS, OWN
+from snowmpm.registry import COMPONENTS, LAWS, OWN
 from snowmpm.schemes import TRANSFERS
 
 TABLE = Path(__file__).with_name("costs.csv")
@@ -181,6 +181,8 @@ def component(scheme, name, work, settling=False):
 def _of_component(scheme, name, what):
     """ns of a row of a component. Measured in single precision alone, what it does with all particles takes more in
     double precision by as much as a step does."""
+    if (own := COMPONENTS[name].costs.get(what)) is not None:
+        return own
     component = f"{scheme.method} {name}"
     if (component, scheme.dimension, scheme.precision, what) in table():
         return row(component, scheme.dimension, scheme.precision, what)

@@ -59,12 +59,13 @@ class ParticleFields:
 
     materials: "MaterialTable"
     snapshot: "Snapshot"
+    sizes: dict[str, int]
+    """numbers that a particle carries, by the name of their column"""
     def __init__(self, particles: Particles, body_starts: ArrayLike = (0,)) -> None:
         """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""
         self.materials = particles.materials
         self.snapshot = particles.snapshot()
-        sizes = particles.sizes
-        self._holds_water, self._holds_excess = "water" in sizes, "excess_pressure" in sizes
+        self.sizes = particles.sizes
         self._constants = particles.constants
         self._body_starts, self._bodies = np.asarray(body_starts), particles.bodies
 
@@ -101,7 +102,7 @@ class ParticleFields:
     def water(self) -> Floats:
         """Column "water" (n, at least 3): mass per reference volume [kg/m3], pressure [Pa], volume of the grains per
         reference volume [-]; zero without water."""
-        if not self._holds_water:
+        if "water" not in self.sizes:
             return np.zeros((len(self.snapshot.labels), 3))
         return self.column("water")
 
@@ -111,7 +112,8 @@ class ParticleFields:
 
     def excess_pressure(self) -> Floats:
         """Column "excess_pressure" (n,) [Pa]; zero for particles without one."""
-        return self.column("excess_pressure")[:, 0] if self._holds_excess else np.zeros(len(self.snapshot.labels))
+        held = "excess_pressure" in self.sizes
+        return self.column("excess_pressure")[:, 0] if held else np.zeros(len(self.snapshot.labels))
 
     def reference_density(self) -> Floats:
         """Mass per reference volume [kg/m3], water included, (n,)."""

@@ -4,8 +4,10 @@ loaded because a file says so."""
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ import snowmpm
 from snowmpm import plugins
 from snowmpm.cli.app import app
 from snowmpm.errors import InputError
+from snowmpm.io import checkpoint
 
 HERE = Path(__file__).parent
 SCENE = HERE / "package" / "scene.toml"
@@ -223,7 +226,7 @@ def installed(tmp_path_factory):
 
 
 def test_all_of_a_package_through_the_command_line(installed, tmp_path):
-    """Law, law of friction, event, field, shape and command of a package that is installed."""
+    """Law, law of friction, event, field, shape, component and command of a package that is installed."""
     surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join([str(installed), os.environ.get("PYTHONPATH", "")])}
 
     def snowmpm_(*words, code=0):
@@ -232,7 +235,8 @@ def test_all_of_a_package_through_the_command_line(installed, tmp_path):
         assert done.returncode == code, done.stderr + done.stdout
         return done
 
-    assert "ageing, as elastic" in snowmpm_("check", SCENE).stdout
+    said = snowmpm_("check", SCENE).stdout
+    assert "ageing, as elastic" in said and "drag of the air" in said
     snowmpm_("run", SCENE, "-o", "out", "-q")
     run = snowmpm.open_run(tmp_path / "out")
     (record,) = run.provenance["plugins"]
@@ -240,7 +244,9 @@ def test_all_of_a_package_through_the_command_line(installed, tmp_path):
     last = run.frame(-1)
     assert last.fields["age"] == pytest.approx(0.4, rel=1e-6)
     assert last.fields["speed"] == pytest.approx(abs(last.fields["velocity"]).max(axis=1), rel=0.5)
-    assert run.units["age"] == "s" and run.units["speed"] == "m/s"
+    assert run.units["age"] == "s" and run.units["speed"] == run.units["blown"] == "m/s"
+    assert last.fields["blown"].min() > 0.0 > run.history["air_work"][-1] and run.units["air_work"] == "J"
+    assert run.history["momentum_residual"].max() < 1e-9
     assert run.history["max_speed"][1] > 0.5  # the kick
     assert float(run.history["mass"][0]) == pytest.approx(300.0 * 0.25, rel=1e-6)  # half of the rectangle
     assert float(snowmpm_("fastest", "out").stdout.split()[0]) == pytest.approx(max(run.history["max_speed"]), abs=1e-3)
@@ -252,3 +258,48 @@ def test_all_of_a_package_through_the_command_line(installed, tmp_path):
     said = snowmpm_("run", SCENE, "-o", "out", "--resume", "--set", "end_time=0.6", "--no-plugins", code=2).stderr
     assert "was made with the plugin snow_extras 0.3, which is not loaded" in said
     assert snowmpm.open_run(tmp_path / "out").times[-1] == 0.5
+
+
+SLOPE = """
+name = "slope"
+dimension = 3
+end_time = 0.4
+output = { interval = 0.02, fields = ["velocity", "blown"] }
+domain = { min = [0.0, 0.0, -2.0], max = [4.0, 1.0, 3.0] }
+solver = { dx = 0.1 }
+terrain = { kind = "plane", angle = 20.0, contact = "slip", friction = { law = "linear_drag", mu = 0.3, drag = 0.5 } }
+materials.snow = { kind = "ageing", density = 300.0, youngs_modulus = 1e5, poisson_ratio = 0.2 }
+air = { drag = 0.05, wind = [-2.0, 0.0, 0.0] }
+[[bodies]]
+name = "slab"
+material = "snow"
+shape = { kind = "layer", bottom = 0.0, top = 0.4, region = { x = [0.4, 1.2], y = [0.2, 0.8] } }
+"""
+
+
+def test_a_run_that_is_killed_goes_on_to_the_same_bits(installed, tmp_path):
+    """With the column, the hooks and the state of a component of the package; then its maps."""
+    surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join([str(installed), os.environ.get("PYTHONPATH", "")])}
+    (tmp_path / "slope.toml").write_text(SLOPE)
+    words = [sys.executable, "-m", "snowmpm"]
+
+    def snowmpm_(*more):
+        done = subprocess.run([*words, *map(str, more)], cwd=tmp_path, env=surroundings, capture_output=True, text=True,
+                              timeout=180)
+        assert done.returncode == 0, done.stderr
+
+    going = subprocess.Popen([*words, "run", "slope.toml", "-o", "killed", "-q"], cwd=tmp_path, env=surroundings)
+    saved = tmp_path / "killed" / checkpoint.FILE
+    deadline = time.monotonic() + 120.0
+    while not saved.exists() and going.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    going.kill()
+    assert going.wait() == -signal.SIGKILL
+    snowmpm_("run", "slope.toml", "-o", "killed", "-q", "--resume")
+    snowmpm_("run", "slope.toml", "-o", "whole", "-q")
+    killed, whole = (snowmpm.open_run(tmp_path / name) for name in ("killed", "whole"))
+    for name in ("velocity", "blown"):
+        assert (killed.frame(-1).fields[name] == whole.frame(-1).fields[name]).all()
+    assert killed.history["air_work"][-1] == whole.history["air_work"][-1] < 0.0
+    snowmpm_("maps", "whole", "-o", "maps")
+    assert any((tmp_path / "maps").iterdir())
