@@ -27,8 +27,8 @@ class Zone(Spec):
     @model_validator(mode="before")
     @classmethod
     def _usual_method(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("solver"), dict):
-            return {**data, "solver": {"method": who_can("receives")[0], **data["solver"]}}
+        if isinstance(data, dict) and isinstance(data.get("solver"), dict) and "method" not in data["solver"]:
+            return {**data, "solver": {"method": who_can("within_zone")[0], **data["solver"]}}
         return data
 
     @model_validator(mode="after")

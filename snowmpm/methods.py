@@ -8,8 +8,14 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import ClassVar
 
-from snowmpm.registry import COMPONENTS, GROUND_LAWS, Registry
+from snowmpm.registry import COMPONENTS, GROUND_LAWS, Registry, resolved
 from snowmpm.registry import METHODS as METHODS
+
+CONTRACTS = {name: f"snowmpm.stepping.contract:{contract}" for name, contract in {
+    "loads": "TakesLoads", "cuts": "Severs", "removal": "Removes", "settling": "Settles", "around_zone": "Around",
+    "within_zone": "Within"}.items()}
+"""Capabilities that follow from what the solver of a method derives from: events that push particles, take their bonds
+or take them out, initial.stress = "settle", and the two methods of a scene with a zone."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +49,6 @@ class Capabilities:
     periodic: bool = True
     initial_stress: tuple[str, ...] = ("geostatic", "isotropic", "settle")
     """values of initial.stress beside "none" """
-    settling: bool = True
-    """initial.stress = "settle": damped steps bring the particles to rest"""
-    cuts: bool = True
-    """events that take the bonds of particles"""
-    loads: bool = True
-    """events that push particles"""
-    removal: bool = True
-    """events that take particles out"""
     averaged_hats: bool = False
     """bases of `schemes.BASES` with a box, for comparison"""
     rows_of_jump: int = 1
@@ -62,8 +60,6 @@ class Capabilities:
     plan: bool = False
     """particles are columns in plan, over a ground that the builder gets as it is; they fill a cell in plan, and maps
     are as fine as the grid, since each column counts in all the cells that it covers"""
-    receives: bool = False
-    """takes in snow from another method while it runs (`Method.receive`)"""
     usual_filling: int | None = None
     """particles in a full cell of a scene that does not choose"""
     solves: bool = False
@@ -96,6 +92,16 @@ class MethodEntry:
     words: str = ""
     """name in captions; the name in capitals when missing"""
 
+    def can(self, capability: str, wanted: object = True) -> bool:
+        """Whether it has one of CONTRACTS or of `Capabilities`; of dimensions and the like, whether `wanted` is among
+        them."""
+        if capability in CONTRACTS:
+            made = resolved(self.builder)
+            solver = getattr(made, "__self__", made)
+            return isinstance(solver, type) and issubclass(solver, resolved(CONTRACTS[capability]))
+        value = getattr(self.capabilities, capability)
+        return wanted in value if isinstance(value, Collection) else bool(value)
+
     @property
     def title(self) -> str:
         """Name in captions."""
@@ -109,8 +115,7 @@ class MethodEntry:
 
 for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, averaged_hats=True,
-        saw_test=True, grid=True, presets=True,
+        averaged_hats=True, saw_test=True, grid=True, presets=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
@@ -119,11 +124,10 @@ for entry in (
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True,
         thickness_rasters=True, delays=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
-        initial_stress=("geostatic",), settling=False, cuts=False, loads=False,
-        plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
+        initial_stress=("geostatic",), plan=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, saw_test=True, grid=True, solves=True),
+        saw_test=True, grid=True, solves=True),
         words="implicit MPM"),
 ):
     METHODS.add(entry)
@@ -132,10 +136,11 @@ for entry in (
 def who_can(capability, wanted=True):
     """Names of the methods with a capability, or an adapter for the component of this name; of dimensions and
     precisions, those that have `wanted` among them."""
+    return [name for name in METHODS if has(name, capability, wanted)]
+
+
+def has(name, capability, wanted=True):
+    """Whether the method of this name has a capability, or an adapter for the component of this name."""
     if capability in COMPONENTS:
-        return [name for name in METHODS if COMPONENTS[capability].supports(name)]
-
-    def has(value):
-        return wanted in value if isinstance(value, Collection) else bool(value)
-
-    return [name for name, entry in METHODS.items() if has(getattr(entry.capabilities, capability))]
+        return COMPONENTS[capability].supports(name)
+    return METHODS[name].can(capability, wanted)

@@ -9,6 +9,7 @@ from snowmpm.measured import costs
 from snowmpm.methods import METHODS
 from snowmpm.registry import COMPONENTS
 from snowmpm.running.description import expected_run_file, written_fields
+from snowmpm.stepping.abilities import workload
 
 WITHIN = 0.3
 """Largest relative error of the forecast for runs of the library."""
@@ -47,7 +48,7 @@ class Budget:
         self.particles = {kind: int(sum(n for n, law in zip(counts, laws, strict=True) if law.kind == kind))
                           for kind in kinds}
         self.n = sum(self.particles.values())
-        work = facts.solver.workload
+        work = workload(facts.solver)
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(facts.model.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test),

@@ -13,6 +13,7 @@ from snowmpm.advice.calibration import measured_speed
 from snowmpm.particles.blocks import keys_of
 from snowmpm.running.forecast import forecast
 from snowmpm.schemes import BASES
+from snowmpm.stepping.abilities import expected_dt
 
 FARTHEST = 3
 """Largest distance of neighbouring bodies [cells]."""
@@ -161,8 +162,8 @@ class SceneFacts:
         if self.forecast.course:
             return self.forecast.steps * min(1.0, time / self.forecast.end)
         most = self.scene.output.interval  # no step goes beyond a frame
-        long = self.scene.solver.dt or min(most, self.solver.expected_dt()[0])
-        short = self.scene.solver.dt or min(most, self.solver.expected_dt(breaking=True)[0])
+        long = self.scene.solver.dt or min(most, expected_dt(self.solver)[0])
+        short = self.scene.solver.dt or min(most, expected_dt(self.solver, breaking=True)[0])
         if short == long:
             return time / long
         begin, end = self._breaking

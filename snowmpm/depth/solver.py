@@ -26,7 +26,15 @@ from snowmpm.errors import InputError, SimulationError
 from snowmpm.ground.friction import GroundFriction
 from snowmpm.particles.coordinates import Frame
 from snowmpm.stepping.component import Adapters
-from snowmpm.stepping.contract import Method, StepLimits, Totals
+from snowmpm.stepping.contract import (
+    Around,
+    Forecasts,
+    Method,
+    PushesObstacles,
+    StepLimits,
+    Totals,
+    Workload,
+)
 from snowmpm.stepping.time_step import Extremes
 
 USUAL_CFL, CRITICAL_CFL = 0.5, 1.0
@@ -43,7 +51,7 @@ COLUMN_STEP = 60e-9
 """Time of a step [s] a column on one thread, to choose how loops are handed out."""
 
 
-class DepthSolver(Method):
+class DepthSolver(Method, Around, PushesObstacles, Forecasts):
     """Columns of a population on a ground."""
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
@@ -252,6 +260,10 @@ class DepthSolver(Method):
         """-> (longest stable step [s], what limits it)."""
         return self._longest(CRITICAL_CFL, CRITICAL_CFL)
 
+    def expected_dt(self, breaking=False):
+        """-> (step that a run takes about [s], what limits it): the one for now."""
+        return self.stable_dt()
+
     def course(self, end_time, interval):
         """`Course` of a run from now, by blocks that slide down from where columns are."""
         store, grid = self.particles, self.grid
@@ -276,17 +288,6 @@ class DepthSolver(Method):
 
     # ---- what acts on the columns -----------------------------------------------------------------------------
 
-    def set_loads(self, loads):
-        """Nothing: refused before (`snowmpm.setup.refusals`)."""
-
-    def push(self, numbers, gain, mass):
-        """Refused before."""
-        raise NotImplementedError("columns are not pushed")
-
-    def sever(self, line, radius, numbers, state):
-        """Refused before."""
-        raise NotImplementedError("columns have no bonds")
-
     def receive(self, population, numbers):
         """Take in a `Population` with numbers (n,) that no column has yet."""
         store, before = self.particles, self._momentum()
@@ -307,10 +308,6 @@ class DepthSolver(Method):
     def remove(self, gone):
         """Take columns out."""
         self.particles.take(~np.asarray(gone, bool), self.gravity, taken=True)
-
-    def damp(self, kept):
-        """Refused before."""
-        raise NotImplementedError("columns do not settle")
 
     def restart_clock(self):
         """Time zero is now: totals start again."""
@@ -335,8 +332,13 @@ class DepthSolver(Method):
 
     @property
     def obstacle_totals(self):
-        """`Method.obstacle_totals` (`depth.loads`)."""
-        return self._gauges.totals if self._gauges else super().obstacle_totals
+        """`PushesObstacles.obstacle_totals` (`depth.loads`)."""
+        return self._gauges.totals if self._gauges else np.zeros((0, 7))
+
+    @property
+    def workload(self):
+        """`Workload` of a step."""
+        return Workload(self.particles.n_blocks, components=self.adapters.work())
 
     @property
     def memory(self):

@@ -29,7 +29,7 @@ from snowmpm.handover.numbering import Numbering
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.particles.population import Population
 from snowmpm.solids import inside_any
-from snowmpm.stepping.contract import Method, Totals
+from snowmpm.stepping.contract import Affine, Forecasts, Method, PushesObstacles, Removes, Totals
 
 SHARE = 0.5
 """Cells of the columns that snow may cross in a step while there are particles."""
@@ -38,7 +38,7 @@ MOST_STEPS = 100_000
 """Steps of the particles in a step of the columns, beyond which they no longer go on."""
 
 
-class Nested(Method):
+class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
     """outer: method of the columns; inner: method of the particles, which has none at time zero."""
 
     def __init__(self, outer, inner, model, within, border):
@@ -210,11 +210,6 @@ class Nested(Method):
         return self.inner.unconverged
 
     @property
-    def updates(self):
-        """Columns and particles that the last step moved, each as often as it did."""
-        return self._moved
-
-    @property
     def limits(self):
         """Of the columns' step."""
         return self.outer.limits
@@ -235,24 +230,13 @@ class Nested(Method):
         """-> (longest stable step [s], what limits it)."""
         return self._slower(*self.outer.critical_dt())
 
+    def expected_dt(self, breaking=False):
+        """-> (step that a run takes about [s], what limits it): the one for now."""
+        return self.stable_dt()
+
     def course(self, end_time, interval):
         """That of the columns, were there no zone."""
         return self.outer.course(end_time, interval)
-
-    def set_loads(self, loads):
-        """Nothing: refused before."""
-
-    def push(self, numbers, gain, mass):
-        """Refused before."""
-        raise NotImplementedError("columns are not pushed")
-
-    def sever(self, line, radius, numbers, state):
-        """Refused before."""
-        raise NotImplementedError("columns have no bonds")
-
-    def damp(self, kept):
-        """Refused before."""
-        raise NotImplementedError("columns do not settle")
 
     def remove(self, gone):
         """Take out columns and particles, in the order of the rows."""
@@ -274,7 +258,7 @@ class Nested(Method):
         both = {name: getattr(first, name) + getattr(second, name) for name in (
             "impulse", "weight_impulse", "momentum_gain", "plastic_work", "contact_work", "yielding")}
         both["impulse"][-1] += self._lifted
-        return Totals(**both, handover_energy=self.handover_energy)
+        return Totals(**both, handover_energy=self.handover_energy, moves=self._moved)
 
     @property
     def obstacle_totals(self):

@@ -17,6 +17,7 @@ from snowmpm.particles.fields import ParticleFields
 from snowmpm.scenes.switch import FLOWING, REACHED, parts
 from snowmpm.scenes.zone import within
 from snowmpm.seeding.regions import regions_of
+from snowmpm.stepping.abilities import course as course_of
 
 LEAST_PULL = 0.05
 """Acceleration over g that a slope is taken to give at least."""
@@ -85,7 +86,7 @@ def _expected(switch, leg, key):
 
 def _arrival(leg, way):
     """Time [s] after which the snow has gone a way [m]."""
-    course = leg.solver.course(leg.scene.end_time, leg.scene.output.interval)
+    course = course_of(leg.solver, leg.scene.end_time, leg.scene.output.interval)
     speed = course.speed if course else math.sqrt(2.0 * _pull(leg) * way)
     return 2.0 * way / max(speed, 1e-3)
 

@@ -16,7 +16,7 @@ from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import StepLimits, Workload
-from snowmpm.stepping.method import Solver
+from snowmpm.stepping.method import Severing, Solver
 from snowmpm.stepping.time_step import DEFORMATION_LIMIT, Extremes
 
 USUAL_ADVECTIVE = 0.5
@@ -26,7 +26,7 @@ TO_THE_NEXT_FRAME = 1e6
 """Step [s] of a scene at rest that gives none: it ends with the frame."""
 
 
-class ImplicitSolver(Solver):
+class ImplicitSolver(Solver, Severing):
     """Particles, and steps of them that `March` solves."""
 
     def __init__(self, population, laws, choices, options, *, dx, precision, origin, lower, upper, gravity, cfl=None,
@@ -197,10 +197,6 @@ class ImplicitSolver(Solver):
         self._fresh = True
         return super().sever(line, radius, numbers, state)
 
-    def remove(self, gone):
-        """Take particles out, `gone` (n,) true; they count as removed."""
-        self.particles.remove(gone)
-
     # ---- reading ----------------------------------------------------------------------------------------------
 
     @property
@@ -217,7 +213,7 @@ class ImplicitSolver(Solver):
 
     @property
     def obstacle_totals(self):
-        """`Method.obstacle_totals`; obstacles at rest take no work."""
+        """`PushesObstacles.obstacle_totals`; obstacles at rest take no work."""
         return np.pad(self._given, ((0, 0), (0, 1)))
 
     @property

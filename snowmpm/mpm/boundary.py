@@ -37,7 +37,7 @@ class Boundary:
 
     @property
     def given_to_obstacles(self):
-        """`stepping.contract.Method.obstacle_totals`."""
+        """`stepping.contract.PushesObstacles.obstacle_totals`."""
         dim = self._frame.dim
         rows = [surface.given_to_solid(self._frame.dx) for surface in self.obstacles]
         return np.array(rows).reshape(len(rows), dim + (1 if dim == 2 else 3) + 1)

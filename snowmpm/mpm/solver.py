@@ -18,15 +18,15 @@ from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
 from snowmpm.stepping.component import Adapters
-from snowmpm.stepping.contract import Workload
-from snowmpm.stepping.method import Solver
+from snowmpm.stepping.contract import Within, Workload
+from snowmpm.stepping.method import Damped, Severing, Solver
 from snowmpm.stepping.time_step import BREAKING_CFL, USUAL_ADVECTIVE, critical_cfl, grain_stiffness, usual_cfl
 
 PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
 """Of a step on one thread [s], about, by dimension."""
 
 
-class MpmSolver(Solver):
+class MpmSolver(Solver, Severing, Damped, Within):
     """Particles, their grid, and one step of both."""
 
     BAD = "is no longer finite, turned inside out or crossed more than a cell in a step"
@@ -116,7 +116,7 @@ class MpmSolver(Solver):
 
     @property
     def obstacle_totals(self):
-        """`stepping.contract.Method.obstacle_totals`."""
+        """`stepping.contract.PushesObstacles.obstacle_totals`."""
         return self.boundary.given_to_obstacles
 
     def particles_to_grid(self, dt):

@@ -32,6 +32,7 @@ import numpy as np
 from snowmpm.particles.blocks import keys_of
 from snowmpm.quantities.motion import Motion
 from snowmpm.quantities.table import HISTORY, units_of
+from snowmpm.stepping.abilities import null_space_noise, second_moment
 
 UNITS = units_of(HISTORY)
 """Unit of each column of the history."""
@@ -144,7 +145,7 @@ class Audit:
         solver = self._solver
         return {
             "kinetic_energy": 0.5 * float(mass @ _squares(v)),
-            "affine_energy": 0.5 * solver.second_moment() * float(mass @ _squares(fields.velocity_gradient())),
+            "affine_energy": 0.5 * second_moment(solver) * float(mass @ _squares(fields.velocity_gradient())),
             "elastic_energy": fields.materials.elastic_energy(fields["material"], fields.kirchhoff(), fields.state(),
                                                               fields["volume"] / fields["J"]),
             "potential_energy": self._potential_energy(mass, x),
@@ -210,7 +211,7 @@ class Audit:
         row["steps"], row["particles"] = solver.steps, len(mass)
         # Last, since it may have to sort the particles and remove some
         motion = row["kinetic_energy"] + row["affine_energy"]
-        row["null_space_noise"] = solver.null_space_noise(motion) if motion > 0.0 else 0.0
+        row["null_space_noise"] = null_space_noise(solver, motion) if motion > 0.0 else 0.0
         return row
 
     def _angular_momentum(self, fields, mass, x, v):
@@ -223,7 +224,7 @@ class Audit:
         solver = self._solver
         if solver.particles.repeats.any():
             return {}
-        dim, arm, D = solver.frame.dim, x - self._reference, solver.second_moment()
+        dim, arm, D = solver.frame.dim, x - self._reference, second_moment(solver)
         turns = {"angular_momentum": (0, 1)} if dim == 2 else {
             f"angular_momentum_{axis}": pair for axis, pair in zip("xyz", ((1, 2), (2, 0), (0, 1)), strict=True)}
         C = fields.velocity_gradient() if D else None

@@ -7,6 +7,7 @@ from snowmpm.io import layout
 from snowmpm.methods import METHODS
 from snowmpm.running.forecast import forecast
 from snowmpm.scenes.switch import parts
+from snowmpm.stepping.abilities import expected_dt
 
 
 def written_fields(scene):
@@ -87,7 +88,7 @@ def describe(model, solver):
         "bytes_per_particle": store.bytes_per_particle,
         "fields": store.sizes,
         "dt": coming.dt,
-        "dt_cause": "fixed" if scene.solver.dt else solver.expected_dt()[1],
+        "dt_cause": "fixed" if scene.solver.dt else expected_dt(solver)[1],
         "steps": steps,
         "domain": (model.lower.tolist(), model.upper.tolist()),
     }

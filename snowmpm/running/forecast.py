@@ -5,6 +5,8 @@ from typing import Any
 
 from snowmpm.running.rest import HOLD
 from snowmpm.scenes.stop import ends_at_rest
+from snowmpm.stepping.abilities import course as course_of
+from snowmpm.stepping.abilities import expected_dt
 
 
 @dataclass(frozen=True)
@@ -22,8 +24,8 @@ def forecast(scene, solver):
     """`Forecast` of a scene: with a fixed step, or one as the first, until end_time; a method that knows its course
     says more."""
     # No step goes beyond a frame
-    end, first = scene.end_time, scene.solver.dt or min(solver.expected_dt()[0], scene.output.interval)
-    course = solver.course(end, scene.output.interval)
+    end, first = scene.end_time, scene.solver.dt or min(expected_dt(solver)[0], scene.output.interval)
+    course = course_of(solver, end, scene.output.interval)
     if course is None:
         return Forecast(end / first, first, end)
     if ends_at_rest(scene):

@@ -130,7 +130,8 @@ class Recorder:
         """After a step: keep the peak maps, the loads and the record of time steps and methods."""
         simulation = self._simulation
         self._note_methods()
-        self.particle_steps += simulation.solver.updates
+        moves = simulation.solver.totals.moves
+        self.particle_steps += simulation.solver.particles.count if moves is None else moves
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)

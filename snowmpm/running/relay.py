@@ -19,6 +19,7 @@ from snowmpm.handover.moment import LOOK, Moment, at_rest
 from snowmpm.running.events import Event
 from snowmpm.scenes.switch import parts
 from snowmpm.solids import inside_any
+from snowmpm.stepping.abilities import obstacle_totals
 from snowmpm.stepping.contract import Method, Totals
 from snowmpm.stepping.step_check import check_step
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 @dataclass
 class Past:
     """What earlier methods have added up: impulse and weight_impulse (dim,) [N s], plastic_work, contact_work and
-    handover_energy [J], obstacles (n, dim + 1 or 3 + 1) as `Method.obstacle_totals`."""
+    handover_energy [J], obstacles (n, dim + 1 or 3 + 1) as `PushesObstacles.obstacle_totals`."""
 
     impulse: Floats
     weight_impulse: Floats
@@ -123,7 +124,7 @@ class Relay:
         """Add up what a solver has done."""
         totals = self.past.plus(solver.totals)
         self.past = Past(totals.impulse.copy(), totals.weight_impulse.copy(),
-                         self.past.with_obstacles(solver.obstacle_totals), totals.plastic_work, totals.contact_work,
+                         self.past.with_obstacles(obstacle_totals(solver)), totals.plastic_work, totals.contact_work,
                          self.past.handover_energy)
 
     def _begin(self, index, handed):

@@ -34,7 +34,8 @@ from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
 from snowmpm.stages import stage
-from snowmpm.stepping.contract import Method
+from snowmpm.stepping.abilities import obstacle_totals
+from snowmpm.stepping.contract import Method, TakesLoads
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
 
@@ -210,8 +211,8 @@ class Simulation(Glance):
 
     @property
     def obstacle_totals(self) -> Floats:
-        """What the snow gave each obstacle since time zero (`stepping.contract.Method.obstacle_totals`)."""
-        return self.relay.past.with_obstacles(self.solver.obstacle_totals)
+        """What the snow gave each obstacle since time zero (`stepping.contract.PushesObstacles.obstacle_totals`)."""
+        return self.relay.past.with_obstacles(obstacle_totals(self.solver))
 
     def energies(self) -> dict[str, float]:
         """Energies of the snow now by kind [J] (`snowmpm.running.audit`)."""
@@ -225,7 +226,8 @@ class Simulation(Glance):
     @in_turn
     def follow_loads(self) -> None:
         """Pass the loads of all events to the solver, in the order of the scene."""
-        self.solver.set_loads([event.load for event in self.events if event.load is not None])
+        if isinstance(self.solver, TakesLoads):
+            self.solver.set_loads([event.load for event in self.events if event.load is not None])
 
     @in_turn
     def state(self) -> dict[str, Any]:

@@ -4,8 +4,7 @@ from collections.abc import Collection
 
 from snowmpm import components
 from snowmpm.errors import InputError
-from snowmpm.methods import METHODS, who_can
-from snowmpm.registry import COMPONENTS
+from snowmpm.methods import METHODS, has, who_can
 from snowmpm.saw_test.weak_layer import weak_layer_of
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
@@ -107,15 +106,12 @@ OF_THE_RELEASE = ("delays", "thickness_rasters")
 
 def _refuse_zone(scene):
     """Raise InputError for a region in three dimensions that cannot be."""
-    able, inner = METHODS[scene.solver.method].capabilities, METHODS[scene.zone.solver.method].capabilities
-    columns, others = ([f'"{name}"' for name in who_can("receives") if METHODS[name].capabilities.plan == plan]
-                       for plan in (True, False))
-    if not (able.plan and able.receives):
-        raise InputError.at("solver.method", scene.solver.method, f"must be {' or '.join(columns)} around a zone",
-                            scene.source)
-    if inner.plan or not inner.receives:
-        raise InputError.at("zone.solver.method", scene.zone.solver.method, f"must be {' or '.join(others)}",
-                            scene.source)
+    for capability, key, name, where in (
+            ("around_zone", "solver.method", scene.solver.method, " around a zone"),
+            ("within_zone", "zone.solver.method", scene.zone.solver.method, "")):
+        if not has(name, capability):
+            allowed = " or ".join(f'"{other}"' for other in who_can(capability))
+            raise InputError.at(key, name, f"must be {allowed}{where}", scene.source)
     beside = {"switch.0.to": scene.switch and scene.switch[0].to, "initial.from": scene.initial.from_run}
     for key, value in beside.items():
         if value:
@@ -259,11 +255,10 @@ def require(scene, capability, key, value, wanted=True, what=""):
     what: text of the message, if the key is not enough.
     """
     name = scene.solver.method
-    able = who_can(capability, wanted)
-    if name in able:
+    if has(name, capability, wanted):
         return
-    others = " or ".join(f'"{other}"' for other in able) or "another one"
-    own = None if capability in COMPONENTS else getattr(METHODS[name].capabilities, capability)
+    others = " or ".join(f'"{other}"' for other in who_can(capability, wanted)) or "another one"
+    own = getattr(METHODS[name].capabilities, capability, None)
     bound = f", which has {' and '.join(map(str, own))} only" if isinstance(own, Collection) else ""
     if key == "solver.method":
         allowed = f"must be {others} {what or f'beside {capability}'}"

@@ -35,14 +35,14 @@ from snowmpm.sph.update import update_kernel
 from snowmpm.stepping import step_report
 from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Workload
-from snowmpm.stepping.method import Solver
+from snowmpm.stepping.method import Damped, Severing, Solver
 from snowmpm.stepping.time_step import BREAKING_CFL
 
 PARTICLE_TIME = {2: 2.5e-7, 3: 1.5e-6}
 """Of a step on one thread [s], about, by dimension."""
 
 
-class SphSolver(Solver):
+class SphSolver(Solver, Severing, Damped):
     """Particles, their neighbours, and one step of both.
 
     particles: `SortedParticles`, a particle a cell of dx.

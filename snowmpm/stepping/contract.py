@@ -32,7 +32,8 @@ class Totals:
     went from one method to another, of two that work at the same time; yielding: number of particles that yielded in
     the last step;
     contact_lines: lines of nodes that touched a surface in steps that are solved for, added up over the steps, and
-    contact_spared of them, which a rule settled; None where states of contact are not sought.
+    contact_spared of them, which a rule settled; None where states of contact are not sought. moves: particles that the
+    last step moved, each as often as it did; None: each once.
     """
 
     impulse: Floats
@@ -44,6 +45,7 @@ class Totals:
     handover_energy: float = 0.0
     contact_lines: int | None = None
     contact_spared: int = 0
+    moves: int | None = None
 
 
 @dataclass(frozen=True)
@@ -110,67 +112,10 @@ class Method(ABC):
     def critical_dt(self) -> tuple[float, str]:
         """-> (longest step that is not unstable now [s], what limits it)."""
 
-    def expected_dt(self, breaking: bool = False) -> tuple[float, str]:
-        """-> (step that a run takes about [s], what limits it); breaking: while bonds of a weak layer break."""
-        return self.stable_dt()
-
-    def course(self, end_time: float, interval: float) -> Any:
-        """How a run from now to end_time [s], with a frame every interval [s], will go (`depth.blocks.Course`); None
-        where no more is known than its first steps."""
-        return None
-
     @property
     @abstractmethod
     def limits(self) -> StepLimits:
         """`StepLimits`."""
-
-    # ---- what acts on the particles ---------------------------------------------------------------------------
-
-    @abstractmethod
-    def set_loads(self, loads: Sequence[tuple[ArrayLike, float, ArrayLike]]) -> None:
-        """loads: [(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])] that act within their radius from now
-        on, in place of those before."""
-
-    @abstractmethod
-    def push(self, numbers: tuple[int, int], gain: Floats, mass: float) -> None:
-        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
-        `mass` [kg]; counts as a load."""
-
-    @abstractmethod
-    def sever(self, line: Floats, radius: float, numbers: tuple[int, int], state: Sequence[float]) -> int:
-        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
-        (k, dim - 1) [m]: no stress, and the law's severed `state`; -> how many."""
-
-    @abstractmethod
-    def remove(self, gone: NDArray[np.bool_]) -> None:
-        """Take particles out, `gone` (n,) true in the order of their rows; they count as removed."""
-
-    def receive(self, population: Any, numbers: NDArray[np.integer[Any]]) -> None:
-        """Take in snow from another method: a `particles.population.Population`, and numbers (n,) that no particle has
-        yet."""
-        raise NotImplementedError(f"{type(self).__name__} takes in no snow")
-
-    def invite(self, population: Any) -> None:
-        """Let the snow of another method, a `particles.population.Population`, press on that of this one in the next
-        step, in which it moves on at its velocity: it is no part of what this method holds."""
-        raise NotImplementedError(f"{type(self).__name__} feels no other snow")
-
-    def pull(self, plan: Floats) -> Floats:
-        """Acceleration (k, dim) [m/s2] that the pressure of this method's snow gives other snow at places in plan
-        (k, dim - 1) [m]."""
-        raise NotImplementedError(f"{type(self).__name__} presses on no other snow")
-
-    def accelerate(self, gain: Floats) -> None:
-        """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows; counts as a load."""
-        raise NotImplementedError(f"{type(self).__name__} takes no push")
-
-    # ---- settling ---------------------------------------------------------------------------------------------
-
-    @abstractmethod
-    def damp(self, kept: float) -> float:
-        """Keep the share `kept` of all velocities in each step from now on, while an initial state settles: 1 ends it.
-        -> the share of the impulses of terrain and sides that `totals` counts meanwhile: `kept` where damping takes its
-        part of them, else 1."""
 
     @abstractmethod
     def restart_clock(self) -> None:
@@ -184,34 +129,9 @@ class Method(ABC):
         """`Totals` as they are now."""
 
     @property
-    def obstacle_totals(self) -> Floats:
-        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
-        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
-        dim = self.frame.dim
-        return np.zeros((0, dim + (1 if dim == 2 else 3) + 1))
-
-    @property
-    def updates(self) -> int:
-        """Particles that the last step moved, each as often as it did."""
-        return self.particles.count
-
-    def second_moment(self) -> float:
-        """D [m2] of the kinetic energy m D C:C / 2 of the affine motion of a particle; 0 where it carries none."""
-        return 0.0
-
-    def null_space_noise(self, energy: float) -> float:
-        """Share of the kinetic energy [J] of the particles that the method cannot see."""
-        return 0.0
-
-    @property
     @abstractmethod
     def memory(self) -> int:
         """Bytes of everything but the particles."""
-
-    @property
-    def workload(self) -> Workload:
-        """`Workload` of a step."""
-        return Workload(self.particles.n_blocks, components=self.adapters.work())
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
@@ -225,3 +145,116 @@ class Method(ABC):
 
         Raises InputError when it does not fit.
         """
+
+
+# ---- what some methods do more: a method derives from what it can (`snowmpm.methods.CONTRACTS`) ----------------------
+
+class TakesLoads(ABC):
+    """Events push its particles."""
+
+    @abstractmethod
+    def set_loads(self, loads: Sequence[tuple[ArrayLike, float, ArrayLike]]) -> None:
+        """loads: [(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])] that act within their radius from now
+        on, in place of those before."""
+
+    @abstractmethod
+    def push(self, numbers: tuple[int, int], gain: Floats, mass: float) -> None:
+        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
+        `mass` [kg]; counts as a load."""
+
+
+class Severs(ABC):
+    """Events cut the bonds of its particles."""
+
+    @abstractmethod
+    def sever(self, line: Floats, radius: float, numbers: tuple[int, int], state: Sequence[float]) -> int:
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
+        (k, dim - 1) [m]: no stress, and the law's severed `state`; -> how many."""
+
+
+class Removes(ABC):
+    """Its particles can be taken out."""
+
+    @abstractmethod
+    def remove(self, gone: NDArray[np.bool_]) -> None:
+        """Take particles out, `gone` (n,) true in the order of their rows; they count as removed."""
+
+
+class Settles(ABC):
+    """Damped steps bring it to rest."""
+
+    @abstractmethod
+    def damp(self, kept: float) -> float:
+        """Keep the share `kept` of all velocities in each step from now on, while an initial state settles: 1 ends it.
+        -> the share of the impulses of terrain and sides that `totals` counts meanwhile: `kept` where damping takes its
+        part of them, else 1."""
+
+
+class Receives(Removes):
+    """Snow comes in while it runs."""
+
+    @abstractmethod
+    def receive(self, population: Any, numbers: NDArray[np.integer[Any]]) -> None:
+        """Take in a `particles.population.Population`, with numbers (n,) that no particle has yet."""
+
+
+class Around(Receives):
+    """It can be the method around a zone."""
+
+    @abstractmethod
+    def invite(self, population: Any) -> None:
+        """Let the snow of another method, a `particles.population.Population`, press on that of this one in the next
+        step, in which it moves on at its velocity: it is no part of what this method holds."""
+
+    @abstractmethod
+    def pull(self, plan: Floats) -> Floats:
+        """Acceleration (k, dim) [m/s2] that the pressure of this method's snow gives other snow at places in plan
+        (k, dim - 1) [m]."""
+
+
+class Within(Receives):
+    """It can be the method within a zone."""
+
+    @abstractmethod
+    def accelerate(self, gain: Floats) -> None:
+        """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows; counts as a load."""
+
+
+class PushesObstacles(ABC):
+    """It knows what its snow gives obstacles."""
+
+    @property
+    @abstractmethod
+    def obstacle_totals(self) -> Floats:
+        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
+        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
+
+
+class Affine(ABC):
+    """Its particles carry an affine motion, part of which its grid may not see."""
+
+    @abstractmethod
+    def second_moment(self) -> float:
+        """D [m2] of the kinetic energy m D C:C / 2 of the affine motion of a particle; 0 where it carries none."""
+
+    @abstractmethod
+    def null_space_noise(self, energy: float) -> float:
+        """Share of the kinetic energy [J] of the particles that the method cannot see."""
+
+
+class Forecasts(ABC):
+    """It knows more of its run than its next step."""
+
+    @abstractmethod
+    def expected_dt(self, breaking: bool = False) -> tuple[float, str]:
+        """-> (step that a run takes about [s], what limits it); breaking: while bonds of a weak layer break."""
+
+    def course(self, end_time: float, interval: float) -> Any:
+        """How a run from now to end_time [s], with a frame every interval [s], will go (`depth.blocks.Course`); None
+        where no more is known than its first steps."""
+        return None
+
+    @property
+    @abstractmethod
+    def workload(self) -> Workload:
+        """`Workload` of a step."""

@@ -8,7 +8,19 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report
-from snowmpm.stepping.contract import Method, StepLimits, Totals
+from snowmpm.stepping.contract import (
+    Affine,
+    Forecasts,
+    Method,
+    PushesObstacles,
+    Removes,
+    Settles,
+    Severs,
+    StepLimits,
+    TakesLoads,
+    Totals,
+    Workload,
+)
 from snowmpm.stepping.time_step import (
     BREAKING_SHARE,
     FLIGHT_LIMIT,
@@ -19,7 +31,7 @@ from snowmpm.stepping.time_step import (
 )
 
 
-class Solver(Method):
+class Solver(Method, TakesLoads, Removes, PushesObstacles, Affine, Forecasts):
     """Base of `mpm.solver.MpmSolver` and `sph.solver.SphSolver`, which add the step, contact and what goes with them.
 
     particles: `SortedParticles`. Totals since the start: `impulse` of terrain, sides and loads and `weight_impulse`
@@ -158,6 +170,30 @@ class Solver(Method):
         raise SimulationError(f"{particle} {self.BAD}, at t = {self.time:.6g} s, step {self.steps}, {place}:\n"
                               "lower solver.cfl or check the stiffness of its material")
 
+    @property
+    def workload(self):
+        """`Workload` of a step."""
+        return Workload(self.particles.n_blocks, components=self.adapters.work())
+
+    # ---- what the particles carry, and what obstacles get ------------------------------------------------------
+
+    def second_moment(self):
+        """D [m2] of the affine motion; 0 where particles carry none."""
+        return 0.0
+
+    def null_space_noise(self, energy):
+        """Share of the kinetic energy [J] that no grid sees."""
+        return 0.0
+
+    @property
+    def obstacle_totals(self):
+        """Of no obstacle."""
+        return np.zeros((0, self.dim + (1 if self.dim == 2 else 3) + 1))
+
+    def remove(self, gone):
+        """Take particles out, `gone` (n,) true; they count as removed."""
+        self.particles.remove(gone)
+
     # ---- loads ------------------------------------------------------------------------------------------------
 
     def set_loads(self, loads):
@@ -173,27 +209,6 @@ class Solver(Method):
         `mass` [kg]; counts as a load."""
         self.particles.push(numbers, gain)
         self.add_impulse(mass * np.asarray(gain))
-
-    def sever(self, line, radius, numbers, state):
-        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan: no
-        stress, and the law's severed `state`; -> how many."""
-        return self.particles.sever(line, radius, numbers, state)
-
-    def damp(self, kept):
-        """Keep the share `kept` of all velocities in each step from now on; 1 ends it. -> the share of the impulses of
-        terrain and sides that totals count."""
-        if kept < 1.0 and self.damping_factor == 1.0:
-            self._begin_damping()
-        elif kept == 1.0 and self.damping_factor < 1.0:
-            self._end_damping()
-        self.damping_factor = kept
-        return kept if self.DAMPED_IMPULSE else 1.0
-
-    def _begin_damping(self):
-        """Before the first damped step."""
-
-    def _end_damping(self):
-        """After the last one."""
 
     def add_impulse(self, impulse):
         """Count an impulse (dim,) [N s] that a load gave the particles."""
@@ -233,3 +248,32 @@ class Solver(Method):
         self.n_plastic = state["n_plastic"]
         if self.adapters:
             self.adapters.restore(state["components"])
+
+
+class Severing(Severs):
+    """Of a `Solver` whose particles have bonds."""
+
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan: no
+        stress, and the law's severed `state`; -> how many."""
+        return self.particles.sever(line, radius, numbers, state)
+
+
+class Damped(Settles):
+    """Of a `Solver` that comes to rest by damped steps."""
+
+    def damp(self, kept):
+        """Keep the share `kept` of all velocities in each step from now on; 1 ends it. -> the share of the impulses of
+        terrain and sides that totals count."""
+        if kept < 1.0 and self.damping_factor == 1.0:
+            self._begin_damping()
+        elif kept == 1.0 and self.damping_factor < 1.0:
+            self._end_damping()
+        self.damping_factor = kept
+        return kept if self.DAMPED_IMPULSE else 1.0
+
+    def _begin_damping(self):
+        """Before the first damped step."""
+
+    def _end_damping(self):
+        """After the last one."""

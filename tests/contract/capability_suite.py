@@ -11,7 +11,7 @@ import snowmpm
 from snowmpm import components
 from snowmpm.advice.along_front import more_accurate
 from snowmpm.errors import InputError
-from snowmpm.registry import COMPONENTS
+from snowmpm.methods import has
 from snowmpm.running.simulation import Simulation
 from tests.contract import method_examples as given
 from tests.contract.method_suite import momentum, reach, steps
@@ -195,13 +195,10 @@ def _runs(simulation):
 
 def is_as_declared(method, capability, value=None):
     """A capability that a method has acts; one that it has not is refused in two lines that name another way."""
-    if capability in COMPONENTS:
-        declared = COMPONENTS[capability].supports(method)
-    else:
-        declared = getattr(given.able(method), capability)
-    has = declared if value is None else value in declared
+    told = getattr(given.able(method), capability, None)
+    able = bool(told) if value is None and told is not None else has(method, capability, value or True)
     asked = CAPABILITIES[capability] if value is None else choices(capability, value)
-    if has:
+    if able:
         asked.shown(asked.ask(method))
         return
     with pytest.raises(InputError) as refusal:

@@ -53,6 +53,11 @@ def able(method):
     return METHODS[method].capabilities
 
 
+def can(method, capability):
+    """Whether a method has a capability."""
+    return METHODS[method].can(capability)
+
+
 def least_dimension(method):
     """In which the suite runs where nothing else is said."""
     return min(able(method).dimensions)
@@ -106,7 +111,7 @@ def scene(method, dim=None, *, precision=None, solver=None, **changes):
 def resting(method):
     """`Scene` whose snow stays where it is."""
     example, dim = EXAMPLES[method], least_dimension(method)
-    if example.rest or not able(method).settling:
+    if example.rest or not can(method, "settling"):
         return scene(method, **example.rest)
     sides = {f"{axis}_{end}": "slip" for axis in ("xz" if dim == 2 else "xyz") for end in ("min", "max")}
     walls = {"min": point(dim, 0.0, 0.0, 0.0), "max": point(dim, SIDE, 2 * SIDE, SIDE),
@@ -117,28 +122,28 @@ def resting(method):
 def eventful(method, dim=None, **changes):
     """`Scene` with as much of everything as the method is capable of: snow slides down a slope against a wall; it is
     cut, loaded and blown at, and a second body is taken out."""
-    can, dim = able(method), dim or least_dimension(method)
+    able_to, dim = able(method), dim or least_dimension(method)
     tables = {"gravity": G}
     first, second = box(dim, (0.0, 0.0), (0.6, 0.3)), box(dim, (1.2, 0.0), (1.6, 0.3))
-    if can.terrain:
+    if able_to.terrain:
         first, second = layer(dim, 0.0, 0.6, 0.3), layer(dim, 1.2, 1.6, 0.3)
         tables["terrain"] = ground(method, 20.0, 0.3)
     tables["bodies"] = [body(first, velocity=point(dim, 6.0, -2.2)),
                         body(second, "two", velocity=point(dim, 15.0, -5.5))]
     across = [0.0] * (dim - 2)
     events = [
-        (can.cuts, {"kind": "cut", "body": "one", "start": 0.001, "path": [
+        (can(method, "cuts"), {"kind": "cut", "body": "one", "start": 0.001, "path": [
             point(dim, 0.1, 0.05, -1.0), point(dim, 0.4, -0.05, 1.0)]}),
-        (can.loads, {"kind": "load", "body": "one", "centre": point(dim, 0.2, 0.1, 0.2), "radius": 0.15,
-                     "force": [100.0, *across, -200.0]}),
-        (can.loads, {"kind": "load", "body": "one", "force": [50.0, *across, 20.0], "start": 0.002}),
-        (can.removal, {"kind": "remove", "body": "two", "start": 0.008})]
+        (can(method, "loads"), {"kind": "load", "body": "one", "centre": point(dim, 0.2, 0.1, 0.2), "radius": 0.15,
+                                "force": [100.0, *across, -200.0]}),
+        (can(method, "loads"), {"kind": "load", "body": "one", "force": [50.0, *across, 20.0], "start": 0.002}),
+        (can(method, "removal"), {"kind": "remove", "body": "two", "start": 0.008})]
     tables["events"] = [event for possible, event in events if possible]
-    if can.obstacles:
+    if able_to.obstacles:
         tables["obstacles"] = [{"name": "wall", "shape": {
             "kind": "box", "min": point(dim, 0.64, -0.6, -0.4), "max": point(dim, 0.94, 0.5, 0.8)}}]
     forcing = COMPONENTS.get("forcing_and_damping")
-    if forcing and forcing.supports(method) and not can.solves:
+    if forcing and forcing.supports(method) and not able_to.solves:
         tables["gravity"] = {"times": [0.0, 0.02], "values": [G, 9.0], "tilts": [0.0, 5.0]}
         tables["forces"] = [
             {"kind": "acceleration", "value": ["sin(40*t) - 0.1*vx", *["0.3*vy"] * (dim - 2), "0.2"],

@@ -49,11 +49,11 @@ def mass_and_momentum_are_audited(method):
     row = reach(simulation, END).audit()
     assert row["mass"] + row["removed_mass"] == pytest.approx(start["mass"], rel=1e-12)
     assert row["particles"] + row["removed_particles"] == start["particles"]
-    assert (row["removed_particles"] > 0) == given.able(method).removal
+    assert (row["removed_particles"] > 0) == given.can(method, "removal")
     assert row["momentum_residual"] < 1e-11
     # It is no balance of nothing
     assert np.linalg.norm(simulation.solver.totals.weight_impulse) > 0.1 * start["mass"] * simulation.time * given.G
-    if given.able(method).terrain or given.able(method).loads:
+    if given.able(method).terrain or given.can(method, "loads"):
         assert np.linalg.norm(simulation.solver.totals.impulse) > 1e-3 * start["mass"]
     assert np.isfinite(list(row.values())).all()
 
@@ -104,7 +104,7 @@ def what_leaves_the_domain_is_booked(method):
 
 
 def what_is_taken_out_is_booked(method):
-    if not given.able(method).removal:
+    if not given.can(method, "removal"):
         return
     simulation = steps(Simulation(given.eventful(method, events=[])), 3)
     solver, before = simulation.solver, momentum(simulation)
@@ -123,7 +123,7 @@ def what_is_taken_out_is_booked(method):
 
 
 def loads_and_pushes_are_booked(method):
-    if not given.able(method).loads:
+    if not given.can(method, "loads"):
         return
     dim = given.least_dimension(method)
     solver = Simulation(given.scene(method)).solver

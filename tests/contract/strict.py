@@ -1,15 +1,23 @@
 """A method, and its particles, of which nothing is seen but the contract."""
 
+from snowmpm.methods import CONTRACTS
 from snowmpm.particles.contract import Particles
-from snowmpm.stepping.contract import Method
+from snowmpm.registry import resolved
+from snowmpm.stepping.contract import Affine, Forecasts, Method, PushesObstacles
+
+MORE = [*map(resolved, CONTRACTS.values()), Affine, Forecasts, PushesObstacles]
+"""What a method may derive from beside the contract."""
 
 SET = {"time"}
 """What the run loop may set."""
 
 
-def members(contract):
-    """Public names of an abstract base: what it defines, and what it says that instances have."""
-    return {name for name in [*dir(contract), *contract.__annotations__] if not name.startswith("_")}
+def members(contract, kind=object):
+    """Public names of an abstract base: what it defines, and what it says that instances have; of a method also those
+    of MORE that its class derives from."""
+    more = [other for other in MORE if contract is Method and issubclass(kind, other)]
+    return {name for one in (contract, *more) for name in [*dir(one), *getattr(one, "__annotations__", {})]
+            if not name.startswith("_")}
 
 
 class Strict:
@@ -23,8 +31,13 @@ class Strict:
         object.__setattr__(self, "_contract", contract)
         object.__setattr__(self, "_used", set() if used is None else used)
 
+    @property
+    def __class__(self):
+        return type(self._inner)
+
     def __getattr__(self, name):
-        assert name in members(self._contract), f"{name} is not of the contract {self._contract.__name__}"
+        known = members(self._contract, type(self._inner))
+        assert name in known, f"{name} is not of the contract {self._contract.__name__}"
         self._used.add(f"{self._contract.__name__}.{name}")
         value = getattr(self._inner, name)
         return Strict(value, Particles, self._used) if name == "particles" else value

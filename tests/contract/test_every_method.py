@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from snowmpm import components
-from snowmpm.methods import METHODS, Capabilities
+from snowmpm.methods import CONTRACTS, METHODS, Capabilities
 from tests.contract import toy_method
 from tests.contract.capability_suite import CAPABILITIES, is_as_declared
 from tests.contract.method_examples import EXAMPLES, Example, able, without_example
@@ -25,7 +25,7 @@ ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesi
              "ground_rasters": "scenes/test_ground_friction.py", "contacts": "contract/test_depth_refusals.py",
              "sides": "contract/test_depth_refusals.py", "delays": "depth/test_depth_releases.py",
              "thickness_rasters": "depth/test_depth_releases.py", "moving_obstacles": "depth/test_depth_loads.py",
-             "receives": "handover/test_zone.py",
+             "around_zone": "handover/test_zone.py", "within_zone": "handover/test_zone.py",
              "rows_of_jump": "verification/test_cracks_by_sph.py"}
 """Capabilities of the ground and the sides, and others, with the tests that ask for them and are refused."""
 QUESTIONS = [(name, None) for name in CAPABILITIES] + [(name, value) for name in VALUES for value in VALUES[name]]
@@ -42,8 +42,8 @@ def test_every_registered_method_has_an_example():
 
 
 def test_every_capability_is_asked_for():
-    assert {field.name for field in fields(Capabilities)} | {component.name for component in components.declared()} == {
-        *CAPABILITIES, *VALUES, *CHOICES, *ELSEWHERE}
+    named = {*CONTRACTS, *(field.name for field in fields(Capabilities)), *(one.name for one in components.declared())}
+    assert named == {*CAPABILITIES, *VALUES, *CHOICES, *ELSEWHERE}
     assert all((Path(__file__).parents[1] / file).is_file() for file in ELSEWHERE.values())
 
 

@@ -99,10 +99,6 @@ class Sliding(Solver):
         """Loads act on points."""
         self._acting = list(loads)
 
-    def remove(self, gone):
-        """Take points out."""
-        self.particles.remove(gone)
-
     @property
     def memory(self):
         """There is nothing but the points [bytes]."""
@@ -121,5 +117,5 @@ class Sliding(Solver):
 
 
 ENTRY = MethodEntry("sliding", Sliding, Capabilities(
-    filling=1, obstacles=False, periodic=False, initial_stress=False, settling=False, cuts=False))
+    filling=1, obstacles=False, periodic=False, initial_stress=False))
 """The row of `snowmpm.methods.METHODS`: all that the program has to know."""

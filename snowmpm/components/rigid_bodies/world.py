@@ -47,7 +47,7 @@ class World:
 
     def advance(self, time, dt, gravity, totals):
         """A step of dt [s] from `time` [s] under gravity (dim,) [m/s2]; totals (obstacles, ...) of what the snow gave
-        all obstacles so far (`stepping.contract.Method.obstacle_totals`)."""
+        all obstacles so far (`stepping.contract.PushesObstacles.obstacle_totals`)."""
         last = np.zeros_like(totals) if self._last is None else self._last
         gains, self._last = (totals - last)[:, :-1], np.array(totals)
         acting = [body for body in self.bodies if not body.gone and time + dt >= body.motion.start]

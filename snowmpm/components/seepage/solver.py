@@ -25,7 +25,7 @@ from snowmpm.errors import SimulationError
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.stepping.component import Adapters
-from snowmpm.stepping.contract import StepLimits
+from snowmpm.stepping.contract import Receives, StepLimits
 from snowmpm.stepping.method import Solver
 
 USUAL_CFL, CRITICAL_CFL = 0.3, 0.84
@@ -39,7 +39,7 @@ MIRRORS = ("slip", "symmetric")
 """Sides of the domain that hold water."""
 
 
-class SeepageSolver(Solver):
+class SeepageSolver(Solver, Receives):
     """Particles of water and of grains, and steps of the water."""
 
     surfaces = ()

@@ -56,7 +56,7 @@ class Rods:
 
     def advance(self, time, dt, gravity, totals):
         """A step of dt [s] under gravity (dim,) [m/s2]; totals (obstacles, ...): what the snow gave all obstacles so
-        far (`stepping.contract.Method.obstacle_totals`)."""
+        far (`stepping.contract.PushesObstacles.obstacle_totals`)."""
         first = self._last is None
         gains = totals - (np.zeros_like(totals) if first else self._last)
         self._last, self._pushes = np.array(totals), gains / dt
