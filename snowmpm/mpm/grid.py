@@ -45,16 +45,14 @@ class TileGrid:
     into chunks of about equal work.
     """
 
-    def __init__(self, dim, precision, surfaces=(), flip=False, fields=None, joins=False, adapters=NONE):
-        """flip: nodes have two halves (`mpm.node`); fields: `FieldPairs`, or None
-        where all share one velocity field; joins: whether walls may hold their lines together
-        (`JoinedLines`); adapters: of the components at work."""
+    def __init__(self, dim, precision, surfaces=(), flip=False, fields=None, adapters=NONE):
+        """flip: nodes have two halves (`mpm.node`); fields: `FieldPairs`, or None where all share one velocity field;
+        adapters: of the components at work."""
         self.dim = dim
         self.precision = precision
         self.flip = flip
         self.surfaces = list(surfaces)
         self.fields = fields
-        self.joins = joins
         self.adapters = adapters
         self.tiles = self.nodes = self.contact = None
         self._rows = defaultdict(Rows)

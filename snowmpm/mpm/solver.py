@@ -75,8 +75,7 @@ class MpmSolver(Solver, Severing, Damped, Within):
         self._begin(population, gravity)
         self.serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         fields = next((make(self, population) for make in self.adapters.field_pairs), None)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, joins=not (fields or period.any()),
-                             adapters=self.adapters)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, adapters=self.adapters)
         self._bind_kernels()
         self._reports = self._impulses = None
         self._report = np.zeros(step_report.N_REPORT)

@@ -18,7 +18,7 @@ def ishigami(values):
 
 
 def test_indices_of_a_saltelli_design(site):
-    from snowmpm.campaigns.function import evaluate_campaign
+    from tests.support.campaign_of_function import evaluate_campaign
 
     table, found = evaluate_campaign(ishigami, PARAMETERS, site, design="saltelli", runs=2**12)
     assert len(table) == 5 * 2**12 and (table.status == "done").all()
@@ -31,7 +31,7 @@ def test_indices_of_a_saltelli_design(site):
 
 def test_indices_of_an_emulator(site):
     """A polynomial of degree 6 cannot follow sin² to more than some per cent, and says so by its quality."""
-    from snowmpm.campaigns.function import evaluate_campaign
+    from tests.support.campaign_of_function import evaluate_campaign
 
     _, found = evaluate_campaign(ishigami, PARAMETERS, site, design="latin_hypercube", runs=400)
     found = found.set_index("parameter").loc[["x1", "x2", "x3"]]
@@ -41,7 +41,7 @@ def test_indices_of_an_emulator(site):
 
 
 def test_a_failing_value_is_a_failed_row(site):
-    from snowmpm.campaigns.function import evaluate_campaign
+    from tests.support.campaign_of_function import evaluate_campaign
 
     def often(values):
         if values["x1"] > 2.0:

@@ -80,13 +80,6 @@ class Lines:
         self._fill(*where, self._edges, self.start, self.deep_start, self.nodes, self.numbers, self.deep,
                    self.deep_normals, blocks.chunk_bounds)
 
-    def release(self, rows):
-        """Leave the followers of these lines to others (`joined_contact`)."""
-        if len(rows):
-            nodes = self.nodes.to_numpy()
-            nodes[rows, 1:] = -1
-            self.nodes.from_numpy(nodes)
-
     @property
     def bytes(self):
         """Memory of the tables; 0 before lines were sought."""

@@ -33,10 +33,6 @@ class Walls:
         self._used = 0
         self.array = self._allocate(64)
 
-    def distance(self, points):
-        """Signed distance [cells] at points (k, dim) [cells]."""
-        return self.wall_distance(points)[0]
-
     def _allocate(self, slots):
         """Array of (normal, distance) of the nodes of `slots` blocks, 4 numbers a node."""
         return ti.ndarray(ti.types.vector(4, self._real), (slots * self._n_nodes,))
