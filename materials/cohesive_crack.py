@@ -99,9 +99,9 @@ class CohesiveCrack(Law):
             if self.bulk.card is not None:
                 raise ValueError("bulk.card is not read: write the numbers of the card, or begin the material with it")
             for name in TAKEN_OVER:
-                if getattr(self.bulk, name) != getattr(self, name):
-                    raise ValueError(f"bulk.{name} = {getattr(self.bulk, name):g} must be {name} of the material,"
-                                     f" {getattr(self, name):g}: leave it out")
+                if self.bulk[name] != self[name]:
+                    raise ValueError(f"bulk.{name} = {self.bulk[name]:g} must be {name} of the material,"
+                                     f" {self[name]:g}: leave it out")
             if self.bulk.integration != "implicit":
                 raise ValueError(f'bulk.return_map = "{self.bulk.integration}" must be "implicit"')
             for key in self.bulk.of_components:
@@ -140,7 +140,7 @@ class CohesiveCrack(Law):
     def _with_bulk_alike(self, law):
         if self.bulk is None:
             return law
-        shared = {name: getattr(law, name) for name in TAKEN_OVER}
+        shared = {name: law[name] for name in TAKEN_OVER}
         return law.model_copy(update={"bulk": self.bulk.model_copy(update=shared)})
 
     @property
@@ -220,7 +220,7 @@ class CohesiveCrack(Law):
     @property
     def _pressure_of_bulk(self):
         """What makes its yield function one of Pa."""
-        return getattr(self.bulk, "p0", 0.0) or 1.0
+        return (self.bulk and self.bulk.get("p0")) or 1.0
 
     def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:
         """Of the intact material, whose largest principal stress is at most −p + 2q/3."""

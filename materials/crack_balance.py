@@ -67,7 +67,8 @@ def crack_balance(most, bulk, names):
     equations = solve_equations(n)
 
     def numbers_of_bulk(prm):
-        return names(**{name: getattr(prm, f"bulk_{name}") for name in names._fields})
+        own = prm._asdict()
+        return names(**{name: own[f"bulk_{name}"] for name in names._fields})
 
     @ti.func
     def free_traction(prm: ti.template(), t, w, normal):

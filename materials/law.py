@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field
 
+from snowmpm.keys import Keyed
 from snowmpm.registry import LAWS
 
 from .arrays import Array
@@ -31,7 +32,7 @@ class StateVariable:
     description: str
 
 
-class Law(BaseModel):
+class Law(Keyed, BaseModel):
     """Isotropic elastoplastic law at finite strain; frozen data, checked on construction, unknown keys refused.
 
     Elasticity, unless a law says otherwise: τ = λ tr(ε) I + 2μ ε (Kirchhoff), Hencky strain ε = ½ ln b, b = Fe Feᵀ.
@@ -165,7 +166,7 @@ class Law(BaseModel):
     @property
     def of_components(self) -> dict[str, float]:
         """Those of the keys OF_COMPONENTS that are given, with their values."""
-        return {key: getattr(self, key) for key in self.OF_COMPONENTS if getattr(self, key) is not None}
+        return {key: self[key] for key in self.OF_COMPONENTS if self[key] is not None}
 
     @property
     def integration(self) -> str:

@@ -116,8 +116,8 @@ class MaterialPoint:
 def path_of(law: Law, rows: Sequence[Reached], start: Array | None = None) -> Path:
     """`Path` of a list of `Reached`, which began at F = I and the Kirchhoff stress `start` (3, 3) [Pa], or none."""
     start = np.zeros((3, 3)) if start is None else start
-    names = ("deformation", "kirchhoff", "state", "dissipation", "iterations")
-    F, stress, state, dissipation, iterations = (np.array([getattr(row, name) for row in rows]) for name in names)
+    F, stress, state, dissipation, iterations = (np.array(column) for column in zip(*(
+        (row.deformation, row.kirchhoff, row.state, row.dissipation, row.iterations) for row in rows), strict=True))
     return _path(law, F, stress, state, dissipation, iterations, start)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import matplotlib.cm
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
@@ -182,7 +183,7 @@ def _thin(run, raster):
 def draw_built(axes: Axes, run: Run) -> None:
     """Draw the obstacles and the dams of a `Run` in map coordinates, each with its name."""
     for name, footprint in footprints(run).items():
-        for part in getattr(footprint, "geoms", [footprint]):
+        for part in shapely.get_parts(footprint):
             axes.fill(*np.array(part.exterior.coords).T, facecolor=BUILT, edgecolor="white", lw=0.8, zorder=5)
         _name(axes, name, footprint.bounds[2:])
     for name, line in dam_lines(run).items():

@@ -34,7 +34,7 @@ def render_thalweg_time(run_path: PathLike | Run, output: PathLike, *, dpi: floa
     shown = found.s <= max(reach, run.hazard["numbers"].get("runout", 0.0)) + 3.0 * np.diff(found.s).max()
     for axes, (name, label, colours) in zip(figure.subplots(len(PANELS), 1, sharex=True), PANELS, strict=True):
         plain(axes)
-        values = np.where(np.nan_to_num(found.depth) >= found.flow_depth, getattr(found, name), np.nan)
+        values = np.where(np.nan_to_num(found.depth) >= found.flow_depth, vars(found)[name], np.nan)
         drawn = axes.pcolormesh(found.time, found.s[shown], values[:, shown].T, cmap=colours, shading="nearest",
                                 vmin=0.0, rasterized=True)
         figure.colorbar(drawn, ax=axes, label=label)

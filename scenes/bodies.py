@@ -66,8 +66,8 @@ class Motion(Spec):
         if self.file is not None:
             for key in ("velocity", "angular_velocity", "stop", "ramp"):
                 # Defaults, which a resolved scene writes out, do not count as given
-                if key in given and _moves(getattr(self, key)):
-                    raise refuse("does not go with file, which says all about the motion", key, getattr(self, key))
+                if key in given and _moves(self[key]):
+                    raise refuse("does not go with file, which says all about the motion", key, self[key])
         elif not given & {"velocity", "angular_velocity"}:
             raise refuse("needs velocity, angular_velocity or file")
         return self

@@ -57,7 +57,7 @@ def _columns_of_grains(scene):
     laws = [scene.materials[body.material] for body in scene.bodies]
     level = scene.terrain is None or (scene.terrain.kind == "plane" and scene.terrain.angle == 0.0)
     return (level and not scene.obstacles and not any(component.solid for component in components.used(scene)) and all(
-        law.kind in GRAINS and getattr(law, "cohesion", 0.0) == 0.0 for law in laws)
+        law.kind in GRAINS and law.get("cohesion", 0.0) == 0.0 for law in laws)
         and all(_has_room(scene, body.shape) for body in scene.bodies))
 
 

@@ -33,13 +33,13 @@ class Gravity(Spec):
 
     @model_validator(mode="after")
     def _is_one_course(self):
-        ways = [key for key in ("ramp", "times", "file") if getattr(self, key) is not None]
+        ways = [key for key in ("ramp", "times", "file") if self[key] is not None]
         if len(ways) != 1:
             raise refuse("needs one of ramp, times and file" + (f", not {' and '.join(ways)}" if ways else ""))
         if (self.times is None) != (self.values is None and self.tilts is None):
             raise refuse("times go with values, tilts or both")
         for key in ("values", "tilts"):
-            given = getattr(self, key)
+            given = self[key]
             if given is not None and len(given) != len(self.times):
                 raise refuse(f"must have as many entries as times, {len(self.times)}", key, given)
         if self.times is not None and any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):

@@ -255,10 +255,10 @@ class Sides(Spec):
     @model_validator(mode="after")
     def _fit_the_scene(self):
         for name in sorted(self.model_fields_set):
-            if name[0] not in AXES.get(dimension(), "xyz") and getattr(self, name) != "open":
-                raise refuse(f"a {dimension()}-D scene has no {name[0]}", name, getattr(self, name))
+            if name[0] not in AXES.get(dimension(), "xyz") and self[name] != "open":
+                raise refuse(f"a {dimension()}-D scene has no {name[0]}", name, self[name])
         for axis in "xyz":
-            ends = [getattr(self, f"{axis}_min"), getattr(self, f"{axis}_max")]
+            ends = [self[f"{axis}_min"], self[f"{axis}_max"]]
             if ends.count("periodic") == 1:
                 one = f"{axis}_min" if ends[0] == "periodic" else f"{axis}_max"
                 raise refuse(f"must be periodic at both ends of {axis} or at none", one, "periodic")
@@ -287,4 +287,4 @@ class Domain(Spec):
         names = [f"{axis}_{end}" for axis in AXES[dimension] for end in ("min", "max")]
         if isinstance(self.boundary, str):
             return dict.fromkeys(names, self.boundary)
-        return {name: getattr(self.boundary, name) for name in names}
+        return {name: self.boundary[name] for name in names}

@@ -50,8 +50,11 @@ class PlanFile(Spec):
 
 
 def _which(value: Any) -> str:
-    has = (lambda key: key in value) if isinstance(value, dict) else (lambda key: hasattr(value, key))
-    return tag("polygon" if has("polygon") else "file" if has("file") else "box")
+    keys = value if isinstance(value, dict) else ()
+    for mark, table in (("polygon", PlanPolygon), ("file", PlanFile)):
+        if isinstance(value, table) or mark in keys:
+            return tag(mark)
+    return tag("box")
 
 
 Region = Annotated[

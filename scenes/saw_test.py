@@ -166,7 +166,7 @@ class SawTest(Spec):
 def _keys_of_components(layer):
     """Keys of the weak layer that components have added, and that are given: of the body that is made of it, too."""
     added = WeakLayer.model_fields.keys() - OWN_KEYS
-    return {key: value for key in sorted(added) if (value := getattr(layer, key)) is not None}
+    return {key: value for key in sorted(added) if (value := layer[key]) is not None}
 
 
 def made_by(saw_test, dim, dx):

@@ -170,7 +170,7 @@ class Scene(Glance, Spec):
                  "materials": ", ".join(f"{name} ({law.kind})" for name, law in self.materials.items()),
                  "bodies": ", ".join(f"{body.name} ({body.shape.kind} of {body.material})" for body in self.bodies),
                  "obstacles": ", ".join(f"{one.name} ({one.shape.kind})" for one in self.obstacles),
-                 "events": ", ".join(f"{event.kind} {getattr(event, 'body', '')}".strip() for event in self.events),
+                 "events": ", ".join(f"{event.kind} {event.get('body', '')}".strip() for event in self.events),
                  "saw test": f"{self.saw_test.slope_angle:g} degrees" if self.saw_test else "",
                  "switches": ", ".join(f"to {switch.to} when {switch.when}" for switch in self.switch),
                  "zone": f"{self.zone.solver.method}, dx = {self.zone.solver.dx:g} m" if self.zone else "",
@@ -181,7 +181,7 @@ class Scene(Glance, Spec):
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
         # As written before there were switches, zones and tables of components
         added = [key for key in type(self).model_fields if key not in OWN_KEYS]
-        unused = [key for key in ("switch", "zone", *added) if not getattr(self, key)]
+        unused = [key for key in ("switch", "zone", *added) if not self[key]]
         return to_toml(self, leave_out=(*(MADE if self.saw_test else ()), *unused))
 
 
@@ -229,7 +229,7 @@ def _check_references(scene):
     """Check that referenced names exist, and that names of bodies and obstacles are unique."""
     for table in ("bodies", "obstacles"):
         seen = set()
-        for i, item in enumerate(getattr(scene, table)):
+        for i, item in enumerate(scene[table]):
             if item.name in seen:
                 raise refuse(f"there is another of this name among the {table}", f"{table}.{i}.name", item.name)
             seen.add(item.name)
@@ -252,13 +252,13 @@ def _check_references(scene):
             raise refuse('does not go with initial.stress = "settle", which brings everything to rest',
                          f"bodies.{i}.velocity", body.velocity)
     for i, event in enumerate(scene.events):
-        if event.OF and getattr(scene, event.OF) is None:
+        if event.OF and scene.get(event.OF) is None:
             raise refuse(f"needs {event.OF}: a table [{event.OF}]", f"events.{i}.kind", event.kind)
     bodies = [body.name for body in scene.bodies]
     _check_names_of_forces(scene)
     for table in ("events", "forces"):
-        for i, item in enumerate(getattr(scene, table)):
-            body = getattr(item, "body", None)
+        for i, item in enumerate(scene[table]):
+            body = item.get("body")
             if body is not None and body not in bodies:
                 near = did_you_mean(body, bodies)
                 raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"{table}.{i}.body", body)
@@ -268,7 +268,7 @@ def _check_names_of_forces(scene):
     """Check that forces with columns in the history have names of their own."""
     seen = set()
     for i, force in enumerate(scene.forces):
-        name = getattr(force, "name", None)
+        name = force.get("name")
         if name in seen:
             raise refuse("there is another of this name among the forces", f"forces.{i}.name", name)
         seen.update([name] if name else [])
@@ -283,7 +283,7 @@ def _check_answer(scene):
                      "reference.kind", kind)
     obstacles = [obstacle.name for obstacle in scene.obstacles]
     for key in ("piston", "wall", "bed"):
-        name = getattr(scene.reference, key, None)
+        name = scene.reference.get(key)
         if name is not None and name not in obstacles:
             near = did_you_mean(name, obstacles)
             raise refuse(f"must be one of the obstacles: {', '.join(obstacles) or 'none'}{near}", f"reference.{key}",

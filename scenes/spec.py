@@ -7,8 +7,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetPydanticSchema, model_validator
 from pydantic_core import PydanticCustomError, PydanticKnownError, core_schema
 
+from snowmpm.keys import Keyed
 
-class Spec(BaseModel):
+
+class Spec(Keyed, BaseModel):
     """A table of a scene file: immutable, without unknown keys; messages show the docstring of a field."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
@@ -28,7 +30,7 @@ class Spec(BaseModel):
 
     def __repr_args__(self):
         """The given values without defaults; long lists are shortened."""
-        return [(name, _Cut(getattr(self, name))) for name in type(self).model_fields if name in self.model_fields_set]
+        return [(name, _Cut(self[name])) for name in type(self).model_fields if name in self.model_fields_set]
 
 
 class _Cut:

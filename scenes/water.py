@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, field_validator
 
 from snowmpm.registry import WATER
 from snowmpm.scenes.spec import Number, Positive, Spec, refuse
-from snowmpm.water.permeability import ICE_DENSITY, LAWS, Permeability
+from snowmpm.water.permeability import ICE_DENSITY, LAWS, Permeability, law_of
 
 Border = Literal["drained", "sealed"]
 
@@ -44,7 +44,7 @@ class WaterTable(Spec):
 
 def without_raster(value: Any) -> Any:
     """The permeability, if it is no raster."""
-    if getattr(value, "law", None) == "raster":
+    if law_of(value) == "raster":
         raise refuse("is not for water that moves: a number, or a law", "file", value.file)
     return value
 

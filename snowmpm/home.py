@@ -7,6 +7,8 @@ import os
 import stat
 from pathlib import Path
 
+HAS_USERS = hasattr(os, "getuid")
+
 
 def provide() -> None:
     """Name folders in the environment for packages that fail, or complain, without a home that can be written to."""
@@ -26,7 +28,7 @@ def temporary() -> Path:
     there are run, so nobody else may have made it."""
     import tempfile  # takes time, and is seldom needed
 
-    user = os.getuid() if hasattr(os, "getuid") else "user"
+    user = os.getuid() if HAS_USERS else "user"
     folder = Path(tempfile.gettempdir(), f"snowmpm-{user}")
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -39,4 +41,4 @@ def temporary() -> Path:
 
 
 def _is_mine(found: os.stat_result) -> bool:
-    return not hasattr(os, "getuid") or (found.st_uid == os.getuid() and not found.st_mode & 0o022)
+    return not HAS_USERS or (found.st_uid == os.getuid() and not found.st_mode & 0o022)

@@ -4,6 +4,7 @@ The scene schema, the composition root, refusals, costs, cautions and advice tak
 each of them for a row of every name.
 """
 
+import inspect
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import ClassVar
@@ -97,9 +98,9 @@ class MethodEntry:
         them."""
         if capability in CONTRACTS:
             made = resolved(self.builder)
-            solver = getattr(made, "__self__", made)
+            solver = made.__self__ if inspect.ismethod(made) else made
             return isinstance(solver, type) and issubclass(solver, resolved(CONTRACTS[capability]))
-        value = getattr(self.capabilities, capability)
+        value = vars(self.capabilities)[capability]
         return wanted in value if isinstance(value, Collection) else bool(value)
 
     @property

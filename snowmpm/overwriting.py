@@ -31,7 +31,7 @@ KEPT = 2
 ANY = "*"
 """In place of a digest: a file that the program changes in place, such as a run file."""
 
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+NO_LINK, NO_WAIT = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK"))
 
 _kept: ContextVar[bool | None] = ContextVar("kept", default=None)
 """Whether files of the user are kept; None where nobody has said."""
@@ -209,7 +209,7 @@ def _lines(folder: Path) -> list[tuple[str, str]]:
     """(digest, name) of what was written to a folder, in order."""
     try:
         # Of a folder from anybody: a pipe of that name would wait for a writer for ever
-        descriptor = os.open(folder / LIST, os.O_RDONLY | NO_LINK | getattr(os, "O_NONBLOCK", 0))
+        descriptor = os.open(folder / LIST, os.O_RDONLY | NO_LINK | NO_WAIT)
         with open(descriptor, encoding="utf-8", errors="replace") as file:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                 return []
@@ -225,7 +225,7 @@ def _append(path: Path, digest: str) -> None:
         return
     line = f"{digest} {path.name}\n".encode("utf-8", "replace")
     # In one write, so that several programs may do so at once; a link of that name is never followed
-    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINK | getattr(os, "O_NONBLOCK", 0)
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINK | NO_WAIT
     descriptor = os.open(path.parent / LIST, flags, 0o666)
     try:
         written = os.write(descriptor, line)

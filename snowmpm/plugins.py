@@ -107,9 +107,9 @@ def register(entry: T) -> T:
     registry.register(entry, by)
     # Of a module that a script imports, its whole package, as `--plugin` would load it
     if not _loading and (module := sys.modules.get(by.partition(".")[0])):
-        path = getattr(module, "__file__", None)
+        path = vars(module).get("__file__")
         name = Path(path).stem if by == "__main__" and path else module.__name__
-        _loaded[name] = Plugin(name, _version(module, name), _digest(path, getattr(module, "__path__", None)), "")
+        _loaded[name] = Plugin(name, _version(module, name), _digest(path, vars(module).get("__path__")), "")
     return entry
 
 
@@ -156,7 +156,7 @@ def _run(spec: ModuleSpec) -> ModuleType:
 
 
 def _version(module: ModuleType, name: str) -> str:
-    own = getattr(module, "__version__", None)
+    own = vars(module).get("__version__")
     if isinstance(own, str):
         return own
     try:

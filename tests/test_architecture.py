@@ -22,21 +22,21 @@ FOLDERS = {
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
 GROUND = {"annotations", "cores", "errors", "draft", "memory", "overwriting", "schemes", "stages", "glance",
-          "amounts", "reading", "quantities", "methods", "registry", "plugins"}
+          "amounts", "reading", "quantities", "methods", "registry", "plugins", "keys"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
 SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "prescribed",
          "saw_test", "water"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "cores", "errors", "home", "schemes", "stages", "glance", "amounts",
-                              "quantities")},
+                              "quantities", "keys")},
     "registry": {"errors"},
     "plugins": {"errors", "registry"},
     "methods": {"registry"},
     # Declarations and what builds a component from a scene; its adapters take a method's kernels
     "components": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "depth", "implicit",
                    "running", "advice", "study"},
-    "materials": {"compiler", "registry"},
+    "materials": {"compiler", "registry", "keys"},
     "memory": {"errors"},
     "overwriting": {"errors"},
     "draft": {"overwriting"},

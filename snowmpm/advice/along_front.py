@@ -111,7 +111,7 @@ def _table(scene):
     the other moves."""
     chosen = scene.solver
     return [gain for gain in presets.gains(read(presets.DATA))
-            if all(getattr(chosen, name) != value for name, value in gain.move.variation.scheme.items())
+            if all(chosen[name] != value for name, value in gain.move.variation.scheme.items())
             and not misfit(**_scheme(chosen, gain.move))
             and (gain.move.variation.per_axis == 2 or _per_cell(gain.move, scene) > chosen.particles_per_cell)]
 
@@ -131,7 +131,7 @@ def _step(scene, move=None):
 def _scheme(chosen, move=None):
     """Kernel, gradient and transfer of a scene's solver table after a move."""
     changed = move.variation.scheme if move else {}
-    return {name: changed.get(name, getattr(chosen, name)) for name in ("kernel", "gradient", "transfer")}
+    return {name: changed.get(name, chosen[name]) for name in ("kernel", "gradient", "transfer")}
 
 
 def _saving(scene, budget=None):
@@ -177,7 +177,7 @@ def _said(scene, gain, saving, option):
     before = {"solver.cfl": round(_step(scene), 3)}
     parts = []
     for key, value in _overrides(scene, gain.move).items():
-        was = before.get(key, getattr(scene.solver, key.partition(".")[2]))
+        was = before.get(key, scene.solver[key.partition(".")[2]])
         parts.append(f"{key} {_text(was)} -> {_text(value)}")
     ratio = saving(gain.move)
     time = f"{1.0 / ratio:.2g} times faster" if ratio < 1.0 else f"{ratio:.2g} times the time"

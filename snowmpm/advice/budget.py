@@ -138,7 +138,7 @@ class Budget:
             if not work:
                 continue
             counts = ", ".join(f"{n} {what}s" for what, n in work.items()
-                               if n and not what.endswith(costs.ONCE) and not what.startswith("followed"))
+                               if n and not costs.once(what, n) and not what.startswith("followed"))
             shorter = self._shortened.get(name, 1.0)
             rows.append((COMPONENTS[name].words, counts + (
                 f", steps {shorter:.2f} times as long as without" if shorter < 0.995 else ""), stages[name]))

@@ -54,7 +54,7 @@ class Advice:
 
     def record(self):
         """The advice as values that JSON can hold."""
-        return {**self.facts, "unaffordable": self.unaffordable, **{name: [asdict(item) for item in getattr(self, name)]
+        return {**self.facts, "unaffordable": self.unaffordable, **{name: [asdict(item) for item in vars(self)[name]]
                                         for name in ("payments", "cautions", "savings", "along")}}
 
 

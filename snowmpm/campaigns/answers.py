@@ -81,8 +81,8 @@ def convergence_table(plan, variant, records):
     whole, rows = stack.open_stack(plan.folder, variant), counting(plan, variant, records)
     if whole is None or not len(rows):
         return pandas.DataFrame()
-    limits = [(name, min(getattr(plan.file.maps, name))) for name in ("depth", "pressure")
-              if getattr(plan.file.maps, name)]
+    limits = [(name, min(plan.file.maps[name])) for name in ("depth", "pressure")
+              if plan.file.maps[name]]
     return pandas.DataFrame(convergence.convergence(whole, limits, rows, whole.attrs["cell"]))
 
 

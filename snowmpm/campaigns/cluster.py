@@ -136,7 +136,7 @@ def _local(distributed, options, workers, memory):
 def slurm_options(options):
     """Arguments of `dask_jobqueue.SLURMCluster`: a job is one worker with one run at a time."""
     asked = options.slurm
-    given = {name: getattr(asked, name) for name in ("queue", "account", "memory", "walltime", "interface")}
+    given = {name: asked[name] for name in ("queue", "account", "memory", "walltime", "interface")}
     gpu = ["--resources", "GPU=1"] if options.backend == "cuda" else []
     return {**{name: value for name, value in given.items() if value is not None},
             "cores": asked.cores or options.threads, "processes": 1, "job_extra_directives": asked.directives,

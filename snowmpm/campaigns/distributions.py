@@ -158,7 +158,7 @@ class LogNormal(Cut):
     @model_validator(mode="after")
     def _possible(self):
         for name in ("low", "high"):
-            if (value := getattr(self, name)) is not None and value <= 0.0:
+            if (value := self[name]) is not None and value <= 0.0:
                 raise refuse("must be > 0: all values are", name, value)
         return self._check()
 

@@ -22,7 +22,7 @@ class Observation:
 
     def __init__(self, file):
         self._wanted, self._file = file.calibration.observed, file
-        self._numbers = {name: one for name in ("runout", "deposit_volume") if (one := getattr(self._wanted, name))}
+        self._numbers = {name: one for name in ("runout", "deposit_volume") if (one := self._wanted[name])}
         self._outline = None
         if self._wanted.outline:
             self._outline = _polygon(Path(file.base_dir, self._wanted.outline.file), file.source)

@@ -39,7 +39,7 @@ def write_maps(folder, variant, stack, wanted, rows, attributes):
     shape = (stack.sizes["y"], stack.sizes["x"])
     found = {}
     for name, (_, unit) in QUANTITIES.items():
-        limits = np.array(sorted(getattr(wanted, name)), float)
+        limits = np.array(sorted(wanted[name]), float)
         if len(limits):
             for end in ("", "_low", "_high"):
                 found[f"{name}_probability{end}"] = ((f"{name}_limit", "y", "x"), np.zeros((len(limits), *shape)), {
@@ -51,8 +51,8 @@ def write_maps(folder, variant, stack, wanted, rows, attributes):
     for begin in counted(range(0, shape[0], tall), "probabilities", "strips"):
         _fill(found, stack, wanted, rows, slice(begin, begin + tall))
     coordinates = {"x": stack.x, "y": stack.y, "quantile": sorted(wanted.quantiles)}
-    coordinates |= {f"{name}_limit": (f"{name}_limit", sorted(getattr(wanted, name)), {"units": unit})
-                    for name, (_, unit) in QUANTITIES.items() if getattr(wanted, name)}
+    coordinates |= {f"{name}_limit": (f"{name}_limit", sorted(wanted[name]), {"units": unit})
+                    for name, (_, unit) in QUANTITIES.items() if wanted[name]}
     maps = xarray.Dataset(found, coordinates, {**attributes, "runs": len(rows), "cell": stack.attrs["cell"],
                                                "confidence": CONFIDENCE})
     maps.to_zarr(folder / STORE, group=f"{variant}/maps", mode="w", **FORMAT)
@@ -63,7 +63,7 @@ def _fill(found, stack, wanted, rows, strip):
     n = len(rows)
     for name, (raster, _) in QUANTITIES.items():
         values = stack[raster][rows, strip].values
-        for k, limit in enumerate(sorted(getattr(wanted, name))):
+        for k, limit in enumerate(sorted(wanted[name])):
             count = (values >= np.float32(limit)).sum(axis=0)
             low, high = interval(count, n)
             for end, share in (("", count / n), ("_low", low), ("_high", high)):

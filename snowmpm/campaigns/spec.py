@@ -81,7 +81,7 @@ class Slurm(Spec):
     @property
     def directives(self) -> list[str]:
         """Lines of the job's script that dask-jobqueue has no option for."""
-        named = {name: getattr(self, name) for name in ("qos", "constraint", "gres", "reservation")}
+        named = {name: self[name] for name in ("qos", "constraint", "gres", "reservation")}
         return [f"--{name}={value}" for name, value in named.items() if value is not None]
 
 

@@ -199,7 +199,7 @@ def _failed(reason):
 
 
 def _unwritten(error, started):
-    number = getattr(error, "errno", None) or getattr(error.__cause__, "errno", None)
+    number = next((one.errno for one in (error, error.__cause__) if isinstance(one, OSError)), None)
     full = number in FULL or number == errno.ENOSPC
     text = "disk full" if full else "cannot write"
     reason = f"{text}: {shown_line(str(error).replace(chr(10), ' '), 300)}"

@@ -133,7 +133,7 @@ def _curves(curves, fitted, folder, name):
 
 def _told(fitted):
     units = {"youngs_modulus": " Pa", "p0": " Pa"}
-    facts = {key: f"{getattr(fitted.law, key):.4g}{units.get(key, '')} ({low:.4g} to {high:.4g})"
+    facts = {key: f"{fitted.law[key]:.4g}{units.get(key, '')} ({low:.4g} to {high:.4g})"
              for key, (low, high) in fitted.intervals.items()}
     facts["difference over the largest stress"] = {key: f"{100.0 * error:.1f} %"
                                                    for key, error in fitted.errors.items()}

@@ -117,7 +117,7 @@ class Blocks:
         stay = ((at >= 0.0) & (at < self._grid.shape)).all(axis=1) & (self._rows[self._cells()] >= 0)
         if not stay.all():
             for name in ("plan", "velocity", "depth", "density", "material"):
-                setattr(self, name, getattr(self, name)[stay])
+                setattr(self, name, vars(self)[name][stay])
 
     def _note(self, turn, speed, cosine):
         """Curvature along the way: turn = v^2 / (R cos)."""

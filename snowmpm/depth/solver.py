@@ -127,7 +127,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         """Class of a law, and its numbers: a row, or one a node. friction: `ground.friction.GroundFriction`, or a law
         whose parameters are all numbers."""
         law, g = friction.law if isinstance(friction, GroundFriction) else friction, -float(self.gravity[2])
-        if not getattr(friction, "varies", False):
+        if not (isinstance(friction, GroundFriction) and friction.varies):
             return type(law), np.array([law.parameters(g)], float)
         x, y = np.moveaxis(self.grid.places(), -1, 0)
         numbers = friction.on_nodes(x.ravel(), y.ravel(), on_terrain=~self.bed.holes.ravel(), gravity=g)

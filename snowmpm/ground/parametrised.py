@@ -5,13 +5,15 @@ from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from snowmpm.keys import Keyed
+
 from .value import Limits, RasterValue
 
 STANDARD_GRAVITY = 9.81
 """[m/s2]"""
 
 
-class Parametrised(BaseModel):
+class Parametrised(Keyed, BaseModel):
     """Frozen data, checked on construction, unknown keys refused. A subclass adds its parameters, PARAMETERS and
     `numbers`."""
 
@@ -42,7 +44,7 @@ class Parametrised(BaseModel):
     @property
     def values(self) -> dict[str, Any]:
         """Parameter -> its number or `RasterValue`; those that are missing left out."""
-        return {name: value for name in self.limits() if (value := getattr(self, name)) is not None}
+        return {name: value for name in self.limits() if (value := self[name]) is not None}
 
     @property
     def rasters(self) -> dict[str, RasterValue]:

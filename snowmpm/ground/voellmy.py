@@ -64,5 +64,5 @@ class Voellmy(FrictionLaw):
             if self.xi is not None:
                 key, allowed = "k", "does not go with xi, of which it is g/xi: leave one of them out"
             raise PydanticCustomError("scene_check", "{allowed}",
-                                      {"allowed": allowed, "key": key, "value": getattr(self, key)})
+                                      {"allowed": allowed, "key": key, "value": self[key]})
         return self

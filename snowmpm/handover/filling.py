@@ -128,5 +128,5 @@ def _give_stress(population, depth, normal, part, laws):
 def coefficient(terrain):
     """Coulomb coefficient of the ground, 0 where it has none."""
     given = terrain.friction
-    found = given if isinstance(given, int | float) else getattr(given, "mu", 0.0)
+    found = given if isinstance(given, int | float) else given.get("mu", 0.0)
     return float(found) if isinstance(found, int | float) and terrain.contact != "slip" else 0.0

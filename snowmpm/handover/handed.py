@@ -18,7 +18,7 @@ class Handed:
 
     def state(self):
         """What a solver needs to be built again, whose particles are then restored (`snowmpm.io.checkpoint`)."""
-        columns = {name: getattr(self.population, name) for name in ("positions", "volumes", "material")}
+        columns = {name: vars(self.population)[name] for name in ("positions", "volumes", "material")}
         return {"population": columns, "body_starts": self.body_starts, "start": self.start}
 
     @classmethod

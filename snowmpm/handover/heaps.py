@@ -21,14 +21,14 @@ class Heaps:
 
     def chosen(self, rows):
         """Some of them."""
-        return Heaps(*(getattr(self, name)[rows] for name in ("plan", "volume", "velocity", "more", "body")))
+        return Heaps(*(vars(self)[name][rows] for name in ("plan", "volume", "velocity", "more", "body")))
 
     @classmethod
     def joined(cls, parts):
         """All heaps of several, by body; of one body in the order of the parts."""
         body = np.concatenate([part.body for part in parts])
         order = np.argsort(body, kind="stable")
-        return cls(*(np.concatenate([getattr(part, name) for part in parts])[order]
+        return cls(*(np.concatenate([vars(part)[name] for part in parts])[order]
                      for name in ("plan", "volume", "velocity", "more", "body")))
 
     def merged(self, side):

@@ -255,7 +255,7 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
     def totals(self):
         """`Totals` of both."""
         first, second = self.outer.totals, self.inner.totals
-        both = {name: getattr(first, name) + getattr(second, name) for name in (
+        both = {name: vars(first)[name] + vars(second)[name] for name in (
             "impulse", "weight_impulse", "momentum_gain", "plastic_work", "contact_work", "yielding")}
         both["impulse"][-1] += self._lifted
         return Totals(**both, handover_energy=self.handover_energy, moves=self._moved)

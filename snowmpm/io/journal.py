@@ -24,6 +24,7 @@ from pathlib import Path
 from snowmpm.errors import InputError
 from snowmpm.io.archive import sync_folder
 from snowmpm.io.locks import Held, Lock
+from snowmpm.overwriting import NO_LINK, NO_WAIT
 from snowmpm.reading import budget as read_budget
 
 MAGIC = b"SNOWJRNL"
@@ -79,7 +80,7 @@ def open_own(path, flags):
     """An unbuffered file of a run to be changed in place. Raises InputError for a link, which may lead anywhere, and
     for anything that is no file."""
     try:
-        descriptor = os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o644)
+        descriptor = os.open(path, flags | NO_LINK | NO_WAIT, 0o644)
     except OSError as error:
         if error.errno == errno.ELOOP:
             raise InputError(f"{path}: is a link, and a run is written to files of its own: put the file itself there,"

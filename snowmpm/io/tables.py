@@ -82,7 +82,7 @@ def loads(run, pandas):
     for name, one in run.obstacles.items():
         columns = {"time": one.time}
         for load, unit in LOADS.items():
-            values = getattr(one, load)
+            values = vars(one)[load]
             named = {load: values} if values.ndim == 1 else {f"{load}_{axis}": values[:, k]
                                                              for k, axis in enumerate("xyz")}
             columns |= named

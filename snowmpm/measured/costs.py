@@ -104,8 +104,11 @@ def taken_as(kind):
 
 OF_PARTICLES = ("particle", "point", "layer")
 """Last words of what grows with the number of particles of what components count."""
-ONCE = "step"
-"""Last word of what each step has once."""
+
+
+def once(what, n):
+    """Whether a row of a component is what each step has once: "step", or one of several kinds."""
+    return what == "step" or (n == 1 and what.endswith(" step"))
 
 
 @dataclass(frozen=True)

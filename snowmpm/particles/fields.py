@@ -161,7 +161,7 @@ def _q(fields):
 
 def _of_grains(fields):
     """grain_diameter [m] and grain_density [kg/m3] of the law of each particle, 0 where it names none (n, 2)."""
-    numbers = [[getattr(law, name, None) or 0.0 for name in ("grain_diameter", "grain_density")]
+    numbers = [[law.get(name) or 0.0 for name in ("grain_diameter", "grain_density")]
                for law in fields.materials.laws]
     return np.array(numbers)[fields["material"]]
 
@@ -172,7 +172,7 @@ def _inertial_number(fields):
 
 
 def _steady_fraction(fields):
-    numbers = [[getattr(law, name, of_beads) for name, of_beads in (("densest_fraction", DENSEST),
+    numbers = [[law.get(name, of_beads) for name, of_beads in (("densest_fraction", DENSEST),
                                                                     ("loosest_fraction", LOOSEST))]
                for law in fields.materials.laws]
     number = fields["inertial_number"]

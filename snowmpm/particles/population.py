@@ -35,7 +35,7 @@ class Population:
     def joined(cls, parts):
         """One population of several, in this order."""
         def column(name):
-            return np.concatenate([getattr(part, name) for part in parts])
+            return np.concatenate([vars(part)[name] for part in parts])
 
         width = max((part.state.shape[1] for part in parts if part.state is not None), default=0)
         state = np.full((sum(len(part.volumes) for part in parts), width), np.nan) if width else None

@@ -23,7 +23,7 @@ class Field:
         else:
             values = spec.value if isinstance(spec.value, tuple) else (spec.value,)
             self._functions = [formula_of(value) if isinstance(value, str) else _constant(value) for value in values]
-            lasting = math.inf if any("t" in getattr(f, "names", ()) for f in self._functions) else 0.0
+            lasting = math.inf if any("t" in f.names for f in self._functions) else 0.0
         self.until = spec.start + lasting if spec.stop is None else spec.stop
 
     def share(self, time, dt):
@@ -46,4 +46,8 @@ class Field:
 
 
 def _constant(value):
-    return lambda *variables: value
+    def constant(*variables):
+        return value
+
+    constant.names = ()
+    return constant

@@ -26,7 +26,7 @@ def expected_run_file(scene, particles):
 def _acting(model):
     """Facts of a scene beyond its numbers of particles: reference system, cut bodies, another run, forces, damping."""
     scene, told = model.scene, {}
-    if getattr(scene.terrain, "file", None):
+    if scene.terrain and scene.terrain.get("file"):
         system = model.surface.system
         told["coordinates"] = system.name if system else "the terrain names no system: taken as metres"
     cut = {name: f"{100.0 * share:.4g} % of its volume, the rest lies beyond symmetric sides"

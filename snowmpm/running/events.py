@@ -159,7 +159,7 @@ def load(spec, body, dx):
 def make_events(scene):
     """The scene's events, ready to be applied; last the saw of a saw test."""
     names, dx = [body.name for body in scene.bodies], scene.solver.dx
-    bodies = [getattr(spec, "body", None) for spec in scene.events]
+    bodies = [spec.get("body") for spec in scene.events]
     events = [resolved(type(spec).ACTS)(spec, None if body is None else names.index(body), dx)
               for spec, body in zip(scene.events, bodies, strict=True)]
     test = scene.saw_test

@@ -86,7 +86,7 @@ class Phases:
     def add(self, state):
         """Add earlier times, such as those of the run before a checkpoint."""
         for name, value in state.items():
-            setattr(self, name, getattr(self, name) + value)
+            setattr(self, name, vars(self)[name] + value)
 
 
 def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] | None = None, resume: bool = False,

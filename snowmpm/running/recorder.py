@@ -268,13 +268,13 @@ def map_origin(scene):
     The system of the terrain, in metres; where it names none, that of the first region file that does.
     """
     terrain = scene.terrain
-    credit = getattr(terrain, "attribution", None)
+    credit = terrain and terrain.get("attribution")
     system = None
-    if getattr(terrain, "file", None):
+    if terrain and terrain.get("file"):
         system = (raster_system if terrain.kind == "dem" else system_beside)(_path(scene, terrain))
     for body in scene.bodies:
-        region = getattr(body.shape, "region", None)
-        if system is None and getattr(region, "file", None):
+        region = body.shape.get("region")
+        if system is None and region and region.get("file"):
             system = region_system(_path(scene, region), "region.file")
     return {"crs": system and system.wkt, **({"attribution": credit} if credit else {})}
 

@@ -48,7 +48,7 @@ class Past:
 
     def plus(self, totals: Totals) -> Totals:
         """`Totals` of all methods so far, from those of the one at work."""
-        return replace(totals, **{name: getattr(self, name) + getattr(totals, name)
+        return replace(totals, **{name: vars(self)[name] + vars(totals)[name]
                                   for name in ("impulse", "weight_impulse", "plastic_work", "contact_work")})
 
     def with_obstacles(self, totals: Floats) -> Floats:

@@ -4,6 +4,7 @@ import numpy as np
 
 from snowmpm import memory
 from snowmpm.errors import InputError
+from snowmpm.keys import Keyed
 from snowmpm.seeding.profile_layer import profile_layer
 from snowmpm.seeding.regions import regions_of
 from snowmpm.seeding.terrain_layer import terrain_layer
@@ -21,11 +22,11 @@ def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, col
     """
     if surface is None:
         raise InputError.at(f"{key}.kind", "layer", "needs a [terrain] to lie on")
-    bottom, top = getattr(spec, "bottom", None) or 0.0, getattr(spec, "top", None)
+    bottom, top = spec.get("bottom") or 0.0, spec.get("top")
     if bottom < 0:
         raise InputError.at(f"{key}.bottom", bottom, "must be >= 0 (height above the terrain)")
-    raster = RasterThickness.of(top, base_dir, f"{key}.top.file", surface.system) if hasattr(top, "file") else None
-    area = getattr(spec, "region", None)
+    raster = RasterThickness.of(top, base_dir, f"{key}.top.file", surface.system) if isinstance(top, Keyed) else None
+    area = spec.get("region")
     regions = [raster.region(surface)] if raster and area is None else regions_of(area, surface, base_dir,
                                                                                   f"{key}.region")
     positions, volumes = [], []

@@ -180,6 +180,7 @@ def _where(geometry):
 
 def _leaves(geometry):
     """Simple geometries of which a possibly nested geometry consists."""
-    if hasattr(geometry, "geoms"):
-        return [leaf for part in geometry.geoms for leaf in _leaves(part)]
-    return [geometry]
+    import shapely
+
+    parts = shapely.get_parts(geometry).tolist()
+    return [leaf for part in parts for leaf in _leaves(part)] if len(parts) > 1 or parts != [geometry] else [geometry]

@@ -52,7 +52,7 @@ def regions_of(spec, surface, base_dir, key):
     lower, upper = surface.lower[:d].copy(), surface.upper[:d].copy()
     if spec is None:
         return [Region(lower, upper, label="terrain", to_border=True)]
-    given = {name: getattr(spec, name, None) for name in ("x", "y", "polygon", "file")}
+    given = {name: spec.get(name) for name in ("x", "y", "polygon", "file")}
     given = {name: value for name, value in given.items() if value is not None}
     if d == 1 and set(given) - {"x"}:
         raise InputError(f"{key}: in 2-D only x = [from, to] can be given, not {', '.join(sorted(set(given) - {'x'}))}")

@@ -72,7 +72,7 @@ def _extent(scene):
     boxes = []
     if scene.domain and scene.domain.min:
         boxes.append((scene.domain.min[: scene.dimension - 1], scene.domain.max[: scene.dimension - 1]))
-    region = getattr(scene.terrain, "region", None)
+    region = scene.terrain and scene.terrain.get("region")
     if region is not None:
         free = (-np.inf, np.inf)
         boxes.append(tuple(zip(region.x or free, region.y or free, strict=True)))

@@ -181,7 +181,7 @@ class Model:
         entry = METHODS[chosen.method]
         # By name: methods are slow to import, and a run has one of them
         build = resolved(components.builder(self.scene, chosen.method) or entry.builder)
-        options = getattr(chosen, entry.options) if entry.options else chosen
+        options = chosen[entry.options] if entry.options else chosen
         seeds = self.population if population is None else population
         adapters = components.adapters(self, chosen.method)
         acting = {"adapters": adapters} if adapters else {}

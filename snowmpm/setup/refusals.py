@@ -8,6 +8,7 @@ from snowmpm.methods import METHODS, has, who_can
 from snowmpm.saw_test.weak_layer import weak_layer_of
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
+from snowmpm.scenes.shapes import ThicknessRaster
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
 from snowmpm.schemes import BASES
@@ -35,7 +36,7 @@ def demands(scene, later=False):
     for i, body in enumerate(scene.bodies):
         if body.start_time > 0.0:
             yield "delays", True, f"bodies.{i}.start_time", body.start_time
-        if hasattr(raster := getattr(body.shape, "top", None), "file"):
+        if isinstance(raster := body.shape.get("top"), ThicknessRaster):
             yield "thickness_rasters", True, f"bodies.{i}.shape.top.file", raster.file
     for name, boundary in (scene.domain.sides(scene.dimension) if scene.domain else {}).items():
         yield "sides", boundary, f"domain.boundary.{name}", boundary
@@ -66,8 +67,8 @@ def _of_friction(terrain):
     for law in possible_laws(friction):
         yield "ground_friction", law.law, "terrain.friction.law", law.law
         for name in ("tau0", "cohesion"):
-            if getattr(law, name, 0.0) != 0.0:
-                yield "ground_cohesion", True, f"terrain.friction.{name}", getattr(law, name)
+            if law.get(name, 0.0) != 0.0:
+                yield "ground_cohesion", True, f"terrain.friction.{name}", law[name]
         for name, raster in law.rasters.items():
             yield "ground_rasters", True, f"terrain.friction.{name}.file", raster.file
 
@@ -184,7 +185,7 @@ def _has(scene, name):
         return FEATURES[name](scene)
     key, _, value = name.partition(" = ")
     for part in key.split("."):
-        scene = getattr(scene, part, None)
+        scene = scene and scene.get(part)
     return f'"{scene}"' == value if value else bool(scene)
 
 
@@ -258,7 +259,7 @@ def require(scene, capability, key, value, wanted=True, what=""):
     if has(name, capability, wanted):
         return
     others = " or ".join(f'"{other}"' for other in who_can(capability, wanted)) or "another one"
-    own = getattr(METHODS[name].capabilities, capability, None)
+    own = vars(METHODS[name].capabilities).get(capability)
     bound = f", which has {' and '.join(map(str, own))} only" if isinstance(own, Collection) else ""
     if key == "solver.method":
         allowed = f"must be {others} {what or f'beside {capability}'}"

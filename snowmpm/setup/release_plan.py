@@ -11,6 +11,7 @@ import warnings
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from snowmpm.scenes.shapes import ThicknessRaster
 from snowmpm.seeding.regions import regions_of
 
 FINE = 3.0
@@ -37,8 +38,8 @@ def _polygons(model, body):
     """The area of the regions of a layer; None for a body without a region of its own."""
     import shapely
 
-    region, taken = getattr(body.shape, "region", None), model.taken and body.name in model.taken.bodies
-    if body.shape.kind != "layer" or region is None or taken or hasattr(body.shape.top, "file"):
+    region, taken = body.shape.get("region"), model.taken and body.name in model.taken.bodies
+    if body.shape.kind != "layer" or region is None or taken or isinstance(body.shape.top, ThicknessRaster):
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # warned of when the body was filled

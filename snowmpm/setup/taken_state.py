@@ -141,7 +141,7 @@ def _check_law(body, was, now):
     laws = [LAWS[table["kind"]].model_validate({k: v for k, v in table.items() if k not in CARD})
             for table in (was, now)]
     for name in ("density", "bulk_modulus", "shear_modulus"):
-        before, after = (getattr(law, name) for law in laws)
+        before, after = (law[name] for law in laws)
         if not np.isclose(before, after, rtol=1e-9):
             raise InputError(f"{body.name} has {name} = {before:.6g} there, and {after:.6g} in this scene; only"
                              " strength may differ")

@@ -41,7 +41,7 @@ class Obstacle:
             motion = motion or RigidMotion.of(spec.motion, shape.origin, base_dir)
         except InputError as error:
             raise InputError(f"{key}: {error}") from None
-        return cls(spec.name, shape, motion, spec.contact, spec.friction, getattr(spec, "drag", cls.drag))
+        return cls(spec.name, shape, motion, spec.contact, spec.friction, spec.get("drag", cls.drag))
 
     @property
     def code(self):

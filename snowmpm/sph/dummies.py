@@ -45,13 +45,13 @@ class Dummies:
 
     def chosen(self, keep):
         """Those with keep (n,) true, or in this order."""
-        return Dummies(*(getattr(self, name)[keep] for name in ("positions", "normals", "depth", "volume", "surface")))
+        return Dummies(*(vars(self)[name][keep] for name in ("positions", "normals", "depth", "volume", "surface")))
 
     @classmethod
     def joined(cls, parts, dim):
         """All of them together."""
         parts = [*parts, cls(np.zeros((0, dim)), np.zeros((0, dim)), np.zeros(0), np.zeros(0), np.zeros(0, int))]
-        return cls(*(np.concatenate([getattr(part, name) for part in parts])
+        return cls(*(np.concatenate([vars(part)[name] for part in parts])
                      for name in ("positions", "normals", "depth", "volume", "surface")))
 
 

@@ -237,6 +237,8 @@ class SphSolver(Solver, Severing, Damped):
             self._near.begin(self.rows, self.particles.blocks, self._row_cache.current_rows, self._place)
         self._sum_up()
 
+    _n_loads = 0
+
     def _sum_up(self):
         """Make room for the sums and reports of each pack."""
         packs = self._near.packs
@@ -246,7 +248,7 @@ class SphSolver(Solver, Severing, Damped):
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on particles."""
-        before = bool(getattr(self, "_n_loads", 0))
+        before = bool(self._n_loads)
         super().set_loads(loads)
         if bool(self._n_loads) != before and self._near.known:
             self._sum_up()  # packs that loads push want a tally; the lists stay, as in a run that is resumed

@@ -30,12 +30,12 @@ AROUND = "bulk"
 
 def strengths(law: Law) -> dict[str, float]:
     """What of a law is strength, by the name of its field; {} for one without."""
-    names = [name for name in (*ANGLES, *COEFFICIENTS, "critical_slope", *OF_CRACKS) if hasattr(law, name)]
+    names = [name for name in (*ANGLES, *COEFFICIENTS, "critical_slope", *OF_CRACKS) if law.get(name) is not None]
     if "critical_slope" not in names:  # there cohesion is a share of p0, and falls with the slope
-        names += [name for name in STRESSES if hasattr(law, name)]
-    around = getattr(law, AROUND, None)
+        names += [name for name in STRESSES if law.get(name) is not None]
+    around = law.get(AROUND)
     inner = {f"{AROUND}.{name}": value for name, value in strengths(around).items()} if around else {}
-    return {**{name: float(getattr(law, name)) for name in names}, **inner}
+    return {**{name: float(law[name]) for name in names}, **inner}
 
 
 def weakened(law: Law, factor: float, way: str = "tangent") -> Law:
@@ -49,10 +49,10 @@ def weakened(law: Law, factor: float, way: str = "tangent") -> Law:
 
 def _weaker(law, factor, way):
     """The numbers of a law with its strength divided, as it takes them."""
-    around = getattr(law, AROUND, None)
+    around = law.get(AROUND)
     changed = {name: _divided(name, value, factor, way) for name, value in strengths(law).items()
                if name in type(law).model_fields}
-    if "friction_angle" in changed and getattr(law, "dilation_angle", 0.0) > changed["friction_angle"]:
+    if "friction_angle" in changed and law.get("dilation_angle", 0.0) > changed["friction_angle"]:
         changed["dilation_angle"] = changed["friction_angle"]
     if around:
         changed[AROUND] = _weaker(around, factor, way)

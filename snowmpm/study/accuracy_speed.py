@@ -93,13 +93,13 @@ def chart(rows, output, cost, label):
         own = [row for row in rows if row.problem == problem.name]
         if not own:
             continue
-        curves = tuple(Curve(name, variation.group, tuple(getattr(row, cost) for row in line),
+        curves = tuple(Curve(name, variation.group, tuple(row[cost] for row in line),
                              tuple(row.error for row in line))
                        for name, variation in BY_NAME.items() if (line := _line(own, name)))
         best = None
         if cost != "cells":
             line = front(own, cost)
-            best = tuple(getattr(row, cost) for row in line), tuple(row.error for row in line)
+            best = tuple(row[cost] for row in line), tuple(row.error for row in line)
         panels.append(Panel(problem.title, curves, best, _guide(problem, curves, cost), f"error: {problem.what}"))
     return render_work_precision(panels, output, x_label=label, title=f"{TITLES[cost]}: every choice of the solver")
 

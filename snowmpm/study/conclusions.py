@@ -167,9 +167,9 @@ def equal_error(problem, rows, cost="seconds"):
 
 
 def _reach(line, error, cost):
-    cheapest = min(line, key=lambda row: getattr(row, cost))
+    cheapest = min(line, key=lambda row: row[cost])
     # What is better on its coarsest grid already needs no more than that
-    return getattr(cheapest, cost) if cheapest.error <= error else time_to(line, error, cost)
+    return cheapest[cost] if cheapest.error <= error else time_to(line, error, cost)
 
 
 def _section(problem, rows):

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 from snowmpm.draft import write_table
+from snowmpm.keys import Keyed
 from snowmpm.measured import costs
 from snowmpm.reading.table_file import read_table
 from snowmpm.study.problems.schemes import Scheme
@@ -27,7 +28,7 @@ class TimedScheme(Scheme):
 
 
 @dataclass(frozen=True)
-class Measurement:
+class Measurement(Keyed):
     """Row of a table. cells: along the length that the problem names; error: relative, as the problem defines it;
     seconds: processor time of the steps; cfl: C of the elastic limit, of the longest steps."""
 
@@ -70,7 +71,7 @@ def measure(problem, variation, cells):
     """`Measurement` of `problem` in this variation with `cells`."""
     dim = variation.options.get("dim", 2)
     scheme = variation.solved(problem.law, dim)
-    timed = TimedScheme(**{f.name: getattr(scheme, f.name) for f in fields(scheme)})
+    timed = TimedScheme(**{f.name: vars(scheme)[f.name] for f in fields(scheme)})
     error = problem.error(timed, cells, per_axis=variation.per_axis, **variation.options)
     watch = timed.watch
     return Measurement(problem.name, variation.name, dim, scheme.kernel, scheme.gradient, scheme.transfer,
@@ -83,7 +84,7 @@ def measure(problem, variation, cells):
 def write(rows, path):
     """Table of `Measurement`s as CSV; -> its path."""
     names = [f.name for f in fields(Measurement)]
-    return write_table(path, names, [[getattr(row, name) for name in names] for row in rows])
+    return write_table(path, names, [[vars(row)[name] for name in names] for row in rows])
 
 
 def read(path):

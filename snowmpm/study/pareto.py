@@ -33,7 +33,7 @@ def noise(rows):
 def front(rows, cost="seconds"):
     """Rows that no other beats in both error and cost ("work", "seconds" or "particle_steps"), cheap to dear."""
     chosen, best = [], np.inf
-    for row in sorted(rows, key=lambda row: (getattr(row, cost), row.error)):
+    for row in sorted(rows, key=lambda row: (row[cost], row.error)):
         if row.error < best:
             chosen.append(row)
             best = row.error
@@ -78,5 +78,5 @@ def time_to(rows, error, cost="seconds"):
     rows = front(rows, cost)
     if not rows or not rows[-1].error <= error <= rows[0].error:
         return float("nan")
-    errors, costs = (np.log([getattr(row, name) for row in reversed(rows)]) for name in ("error", cost))
+    errors, costs = (np.log([row[name] for row in reversed(rows)]) for name in ("error", cost))
     return float(np.exp(np.interp(np.log(error), errors, costs)))

@@ -107,7 +107,7 @@ def gains(rows):
     for move in MOVES:
         after = {row.problem: row for row in rows if row.variation == move.name}
         if own and after.keys() == own.keys():
-            ratios = [[getattr(after[name], size) / getattr(own[name], size) for name in own]
+            ratios = [[after[name][size] / own[name][size] for name in own]
                       for size in ("error", "particle_steps", "seconds")]
             found.append(Gain(move, *np.array(ratios)))
     return found

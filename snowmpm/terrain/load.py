@@ -46,7 +46,7 @@ def load_terrain(spec, base_dir=".", *, dimension=None, extent=None):
 
 
 def _plane(spec, base_dir, dimension, box):
-    point = getattr(spec, "point", None)
+    point = spec.get("point")
     if point is None:
         point = np.zeros(dimension or (len(box[0]) if box is not None else 0))
     d = len(point) - 1
@@ -56,12 +56,12 @@ def _plane(spec, base_dir, dimension, box):
         raise InputError.at("terrain.point", list(point), f"must have {dimension} numbers")
     if box is None:
         raise InputError("terrain: a plane needs the domain, to know how far it reaches")
-    angle, azimuth = getattr(spec, "angle", None) or 0.0, getattr(spec, "azimuth", None) or 0.0
+    angle, azimuth = spec.get("angle") or 0.0, spec.get("azimuth") or 0.0
     return TerrainSurface.of(*plane_facets(point, angle, azimuth, box[0][:d], box[1][:d]))
 
 
 def _profile(spec, base_dir, dimension, box):
-    points, segments = profile_facets(spec.points, getattr(spec, "fillet", None) or 0.0)
+    points, segments = profile_facets(spec.points, spec.get("fillet") or 0.0)
     if dimension != 3:
         return TerrainSurface.of(points, segments)
     if box is None:
@@ -86,12 +86,12 @@ def _mesh(spec, base_dir, dimension, box):
 
 def _dem(spec, base_dir, dimension, box):
     path = existing(spec.file, base_dir, "terrain.file")
-    box = _common(box, getattr(spec, "region", None))
-    raster = read_raster(path, box, elevation_unit=getattr(spec, "elevation_unit", None))
+    box = _common(box, spec.get("region"))
+    raster = read_raster(path, box, elevation_unit=spec.get("elevation_unit"))
     holes = _holes(np.isnan(raster.z))
     _tell(path, [f"{holes} of {raster.z.size} cells without data amid others, where nothing is carried"]
           if holes else [])
-    raster = with_dams(raster, getattr(spec, "dams", ()))
+    raster = with_dams(raster, spec.get("dams", ()))
     vertices, triangles = raster_facets(raster)
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
@@ -120,7 +120,7 @@ def _common(box, region):
         return box
     lower, upper = (np.full(2, -np.inf), np.full(2, np.inf)) if box is None else (box[0][:2].copy(), box[1][:2].copy())
     for axis, name in enumerate("xy"):
-        bounds = getattr(region, name, None)
+        bounds = region.get(name)
         if bounds is not None:
             lower[axis], upper[axis] = max(lower[axis], bounds[0]), min(upper[axis], bounds[1])
     if not (lower < upper).all():

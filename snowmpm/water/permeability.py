@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from snowmpm.annotations import Floats
+from snowmpm.keys import Keyed
 
 ICE_DENSITY = 917.0
 """[kg/m3]"""
@@ -24,7 +25,7 @@ Number = Annotated[float, Field(strict=True, gt=0.0, le=1.0, allow_inf_nan=False
 """Permeability [m2]: above 0."""
 
 
-class _Table(BaseModel):
+class _Table(Keyed, BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
@@ -79,15 +80,16 @@ LAWS = ("calonne", "kozeny_carman", "raster")
 """Names of the tables."""
 
 
-def _form(value: Any) -> str:
+def law_of(value: Any) -> str:
+    """Name of the law of a permeability, also as it is written; NUMBER for a number."""
     if isinstance(value, dict):
         return str(value.get("law", "raster"))
-    return getattr(value, "law", NUMBER)
+    return value.law if isinstance(value, _Table) else NUMBER
 
 
 Permeability = Annotated[
     Annotated[Number, Tag(NUMBER)] | Annotated[RasterPermeability, Tag("raster")]
-    | Annotated[KozenyCarman, Tag("kozeny_carman")] | Annotated[Calonne, Tag("calonne")], Discriminator(_form)]
+    | Annotated[KozenyCarman, Tag("kozeny_carman")] | Annotated[Calonne, Tag("calonne")], Discriminator(law_of)]
 """Number [m2], raster, or law."""
 
 IRREDUCIBLE = 0.07

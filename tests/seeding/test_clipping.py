@@ -1,7 +1,5 @@
 """Bodies cut off at symmetric sides: exact volumes, and a quarter that flows as the whole does."""
 
-from types import SimpleNamespace as Table
-
 import numpy as np
 import pytest
 import trimesh
@@ -12,6 +10,7 @@ from snowmpm.scenes.schema import Scene
 from snowmpm.seeding.clipping import clipped, disc_part
 from snowmpm.seeding.shapes import shape_of
 from snowmpm.setup.build import build
+from tests.support.tables import Table
 
 FREE = np.inf
 SHAPES = [

@@ -2,7 +2,6 @@
 
 import json
 import warnings
-from types import SimpleNamespace as Spec
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from snowmpm.errors import InputError
 from snowmpm.seeding import seed_body
 from snowmpm.seeding.polygons import Polygons
 from snowmpm.terrain import load_terrain
+from tests.support.tables import Table as Spec
 
 BOW_TIE = [(0, 0), (6, 6), (6, 0), (0, 3)]
 """Lobes of 3 and 12 m2; by the shoelace formula 9 m2."""

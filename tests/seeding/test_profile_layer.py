@@ -1,7 +1,5 @@
 """Layers on a profile: volumes in closed form, even rows, borders shared by stacked layers."""
 
-from types import SimpleNamespace as Spec
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ from snowmpm.errors import InputError
 from snowmpm.seeding import seed_body
 from snowmpm.seeding.profile_layer import OffsetLine
 from snowmpm.terrain import DistanceField, TerrainSurface, load_terrain
+from tests.support.tables import Table as Spec
 
 DX = 0.1
 

@@ -1,7 +1,5 @@
 """Columns that are divided at the free rim of a layer: widths, mass, mass centres, rims that are held."""
 
-from types import SimpleNamespace as Spec
-
 import numpy as np
 import pytest
 import shapely
@@ -16,6 +14,7 @@ from snowmpm.seeding.rim import DEPTHS, Rim, counted, distance_of
 from snowmpm.terrain import load_terrain
 from tests.support.dam_breaks import DryDam
 from tests.support.dam_scenes import dry_scene
+from tests.support.tables import Table as Spec
 
 DX = 0.5
 DISC = [(20.0 + 8.0 * np.cos(a), 20.0 + 8.0 * np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 65)[:-1]]

@@ -1,7 +1,5 @@
 """Bodies with a shape of their own: volume, evenness, nothing outside, the same from the same seed."""
 
-from types import SimpleNamespace as Spec
-
 import numpy as np
 import pytest
 import trimesh
@@ -10,6 +8,7 @@ from scipy.spatial import cKDTree
 from snowmpm.errors import InputError
 from snowmpm.seeding import seed_body
 from snowmpm.seeding.polygons import Polygons
+from tests.support.tables import Table as Spec
 
 DX = 0.2
 

@@ -3,7 +3,6 @@
 import json
 import sys
 from pathlib import Path
-from types import SimpleNamespace as Spec
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from snowmpm.errors import InputError
 from snowmpm.seeding import seed_body
 from snowmpm.terrain import DistanceField, TerrainSurface, load_terrain
 from tests.support.made_path import THICKNESS, write_path
+from tests.support.tables import Table as Spec
 
 SLOPE = Path(__file__).parents[2] / "scenes" / "library" / "slope.stl"
 

@@ -1,12 +1,11 @@
 """A terrain that is not what it should be is used as far as it goes, and said."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import trimesh
 
 from snowmpm.terrain import load_terrain
+from tests.support.tables import Table
 
 
 @pytest.fixture
@@ -20,7 +19,7 @@ def tilted():
 
 def warned(recwarn, tmp_path, vertices, triangles):
     trimesh.Trimesh(vertices, triangles, process=False).export(tmp_path / "slope.stl")
-    surface = load_terrain(SimpleNamespace(kind="mesh", file="slope.stl"), tmp_path)
+    surface = load_terrain(Table(kind="mesh", file="slope.stl"), tmp_path)
     return surface, [str(one.message).partition(": ")[2] for one in recwarn if one.category is UserWarning]
 
 
@@ -82,6 +81,6 @@ def test_no_data(recwarn, tmp_path):
     rows[2, 3] = -9999
     text = "ncols 5\nnrows 5\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n"
     (tmp_path / "dem.asc").write_text(text + "\n".join(" ".join(f"{v:g}" for v in row) for row in rows) + "\n")
-    load_terrain(SimpleNamespace(kind="dem", file="dem.asc"), tmp_path)
+    load_terrain(Table(kind="dem", file="dem.asc"), tmp_path)
     assert [str(one.message).partition(": ")[2] for one in recwarn if one.category is UserWarning] == [
         "1 of 25 cells without data amid others, where nothing is carried"]

@@ -4,7 +4,6 @@ import struct
 import subprocess
 import sys
 import time
-from types import SimpleNamespace as Spec
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 from snowmpm.terrain import load_terrain
 from snowmpm.terrain.raster import read_raster
+from tests.support.tables import Table as Spec
 
 VRT = """<VRTDataset rasterXSize="4" rasterYSize="4">
 <SRS>EPSG:32632</SRS><GeoTransform>600000, 5, 0, 5200000, 0, -5</GeoTransform>

@@ -1,12 +1,12 @@
 """The slope mesh of the scene library."""
 
 from pathlib import Path
-from types import SimpleNamespace as Spec
 
 import numpy as np
 
 from snowmpm.terrain import load_terrain
 from snowmpm.terrain.generate import slope_mesh
+from tests.support.tables import Table as Spec
 
 FILE = Path(__file__).parents[2] / "scenes" / "library" / "slope.stl"
 

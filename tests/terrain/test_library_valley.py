@@ -1,11 +1,11 @@
 """The elevation raster of the scene library."""
 
 from pathlib import Path
-from types import SimpleNamespace as Spec
 
 import numpy as np
 
 from snowmpm.terrain import generate_valley, load_terrain
+from tests.support.tables import Table as Spec
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "library"
 

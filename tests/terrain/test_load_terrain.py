@@ -2,7 +2,6 @@
 
 import sys
 import warnings
-from types import SimpleNamespace as Spec
 
 import numpy as np
 import pyproj
@@ -13,6 +12,7 @@ from snowmpm.errors import InputError
 from snowmpm.terrain import load_terrain
 from snowmpm.terrain.raster import read_raster
 from snowmpm.terrain.surface import TerrainSurface
+from tests.support.tables import Table as Spec
 
 
 def load(tmp_path, **table):

@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 import warnings
-from types import SimpleNamespace as Spec
 
 import numpy as np
 import pyproj
@@ -20,6 +19,7 @@ from snowmpm.seeding.regions import read_regions
 from snowmpm.terrain import load_terrain
 from snowmpm.terrain.raster import read_raster
 from snowmpm.terrain.reference_system import ReferenceSystem
+from tests.support.tables import Table as Spec
 
 rasterio = pytest.importorskip("rasterio")
 

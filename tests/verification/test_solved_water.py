@@ -17,7 +17,7 @@ def drained(times, dx=0.1, dt=1e-3, time="quasi_static", **water):
     for end in times:
         while simulation.time < end - 1e-12:
             simulation.step(until=end)
-            passes = max(passes, simulation.solver.water.passes)
+            passes = max(passes, simulation.solver.adapters["pore_water"].passes)
         yield simulation, passes
 
 

@@ -38,13 +38,13 @@ def snow_weaker_than_the_ground(facts):
     terrain = facts.scene.terrain
     if terrain is None or terrain.contact == "stick":
         return
-    mu = terrain.friction if isinstance(terrain.friction, int | float) else getattr(terrain.friction, "mu", None)
+    mu = terrain.friction if isinstance(terrain.friction, int | float) else terrain.friction.get("mu")
     if not isinstance(mu, int | float):
         return
     for body in facts.scene.bodies:
         snow = facts.scene.materials[body.material]
-        M = getattr(snow, "critical_slope", None)
-        slides = M is None or getattr(snow, "cohesion", 0.0) > 0.0 or mu <= M / math.sqrt(3.0)
+        M = snow.get("critical_slope")
+        slides = M is None or snow.get("cohesion", 0.0) > 0.0 or mu <= M / math.sqrt(3.0)
         if slides or body.shape.kind != "layer" or body.shape.bottom > 0.0:
             continue
         yield Caution("", f"materials.{body.material}.critical_slope",

@@ -39,7 +39,7 @@ class FacePoints:
     @classmethod
     def joined(cls, parts):
         """All points of some `FacePoints`, one after the other."""
-        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
+        return cls(*(np.concatenate([vars(part)[field.name] for part in parts]) for field in fields(cls)))
 
     @property
     def place(self):

@@ -144,7 +144,7 @@ class Faces:
         """Force on the body in the last step and impulse since time zero of each, by "NAME_force_x" and so on."""
         return {f"{face.name}_{what}_{axis}": float(value) for face in self.faces
                 for what in ("force", "impulse")
-                for axis, value in zip(AXES[self._dim], getattr(face.given, what), strict=True)}
+                for axis, value in zip(AXES[self._dim], vars(face.given)[what], strict=True)}
 
     def units(self):
         """Unit of each of these numbers."""
@@ -155,7 +155,7 @@ class Faces:
         """All that a bitwise continuation needs, by name, as copies."""
         given = np.array([[*face.given.force, *face.given.impulse, face.given.work] for face in self.faces])
         return {"given": given, "before": self._before.copy(),
-                **{name: getattr(self.points, name).copy() for name in CARRIED}}
+                **{name: vars(self.points)[name].copy() for name in CARRIED}}
 
     def restore(self, state):
         """Take over what `state()` gave."""

@@ -16,7 +16,7 @@ def adapter(model):
     for i, spec in enumerate(scene.forces):
         if (acts := resolved(type(spec).ACTS)) is None:  # of another component
             continue
-        body = names.index(spec.body) if getattr(spec, "body", None) is not None else None
+        body = names.index(spec.body) if spec.get("body") is not None else None
         numbers = None if body is None else (ends[body], ends[body + 1])
         try:
             fields.append(acts(spec, scene.dimension, scene.base_dir, f"forces.{i}",

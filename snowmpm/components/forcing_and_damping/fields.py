@@ -102,11 +102,11 @@ class AccelerationBy:
 
 def _plan(spec, dim, base_dir, key, system):
     """Functions plan points (n, dim - 1) -> (n,) bool, of a scene's region."""
-    if getattr(spec, "file", None) is not None:
+    if spec.get("file") is not None:
         path = existing(spec.file, base_dir, f"{key}.file")
         return [region.polygons.contains for region in read_regions(path, f"{key}.file", system)]
-    if getattr(spec, "polygon", None) is not None:
+    if spec.get("polygon") is not None:
         return [Polygons.of([[spec.polygon]], f"{key}.polygon").contains]
     free = (-np.inf, np.inf)
-    lower, upper = np.array([getattr(spec, axis) or free for axis in "xy"[: dim - 1]]).T
+    lower, upper = np.array([spec[axis] or free for axis in "xy"[: dim - 1]]).T
     return [lambda points: ((points >= lower) & (points < upper)).all(axis=1)]

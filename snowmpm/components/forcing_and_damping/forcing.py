@@ -13,6 +13,7 @@ import numpy as np
 
 from snowmpm.compiler import runtime
 from snowmpm.components.forcing_and_damping.damping import decay
+from snowmpm.components.forcing_and_damping.fields import Pressure
 from snowmpm.components.forcing_and_damping.particle_kernels import particle_kernels
 from snowmpm.stepping.component import Adapter
 
@@ -121,7 +122,7 @@ class Forcing(Adapter):
         number = store.identity.to_numpy()[: store.count]
         acceleration, pressure = np.zeros(x.shape), np.zeros(len(x))
         for field, share in acting:
-            if not hasattr(field, "pressure"):
+            if not isinstance(field, Pressure):
                 gained = share * field.acceleration(x, v, time)
                 if field.numbers is not None:
                     gained[(number < field.numbers[0]) | (number >= field.numbers[1])] = 0.0

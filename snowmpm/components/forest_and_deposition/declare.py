@@ -47,7 +47,7 @@ class Forest(Spec):
     def _is_somewhere(self) -> Any:
         require_dimension(3, "forest")
         rasters = {name: number for name in ("drag", "detrainment")
-                   if isinstance(number := getattr(self, name), RasterValue)}
+                   if isinstance(number := self[name], RasterValue)}
         for name, raster in rasters.items():
             check_file(raster.file, f"{name}.file")
         if self.region is None and not rasters:

@@ -21,7 +21,7 @@ def forest_at(scene, surface, plan):
     for i, forest in enumerate(scene.terrain.forest):
         key = f"terrain.forest.{i}"
         try:
-            numbers = np.stack([_number(getattr(forest, name), _limits(name), (scene.base_dir, f"{key}.{name}.file"),
+            numbers = np.stack([_number(forest[name], _limits(name), (scene.base_dir, f"{key}.{name}.file"),
                                         surface, plan) for name in NUMBERS], axis=1)
             if forest.region is not None:
                 numbers[~inside_region(forest.region, surface, plan, scene.base_dir, f"{key}.region")] = 0.0

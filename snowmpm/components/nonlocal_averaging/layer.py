@@ -75,7 +75,7 @@ class Layer:
         clay, weak = np.abs(x[:, 1]) < half, np.abs(x[:, 1] - self.middle) < 0.5 * STRIP + 1e-9
         law = self.law.model_copy(update={"nonlocal_length": self.length})
         weaker, strong = (law.model_copy(update=changes) for changes in (
-            {name: WEAK * getattr(law, name) for name in ("cohesion", "residual_cohesion")},
+            {name: WEAK * law[name] for name in ("cohesion", "residual_cohesion")},
             {"density": HEAVY, "cohesion": HEAVY, "residual_cohesion": HEAVY}))
         wall = strong if self.walls == "clay" else Elastic(
             density=HEAVY, youngs_modulus=law.youngs_modulus, poisson_ratio=law.poisson_ratio)

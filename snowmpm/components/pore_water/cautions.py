@@ -3,9 +3,10 @@
 import numpy as np
 
 from snowmpm.advice.cautions.caution import Caution, beyond, rule, worded
-from snowmpm.components.pore_water.step import FilledPores
+from snowmpm.components.pore_water.step import FilledPores, PoreWater
 from snowmpm.running.failure import first_beyond
 from snowmpm.schemes import TRANSFERS
+from snowmpm.water.permeability import NUMBER, law_of
 
 LARGEST_REYNOLDS = 10.0
 """Of grains, up to which Darcy's law holds (Bear 1972, Dynamics of Fluids in Porous Media, section 5.3)."""
@@ -18,7 +19,8 @@ SOAKING = ("mpm", "implicit")
 
 def undrained(chosen, solver, dt):
     """`contract.Component.symptom`: steps beyond those of undrained waves, where the split has to follow these."""
-    if _water(solver).share > 0.0:
+    water = _water(solver)
+    if not isinstance(water, PoreWater) or water.share > 0.0:
         return None
     return first_beyond("undrained_step", ["explicit"], dt / solver.critical_dt()[0])
 
@@ -69,7 +71,7 @@ def drainage(facts):
 def fast_flow(facts):
     """Water that flows by its weight too fast for Darcy's law."""
     water = facts.scene.water
-    size = getattr(water.permeability, "grain_size", None) if water else None
+    size = water.permeability.get("grain_size") if water and law_of(water.permeability) != NUMBER else None
     if size is None or water.scheme != "u_p":
         return
     speed = _permeability(facts).max() * water.density * facts.gravity / water.viscosity
@@ -99,6 +101,6 @@ def _permeability(facts):
     water, positions = _water(facts.solver), facts.model.population.positions
     columns = facts.model.population.columns["water"]
     _, some = np.unique(facts.model.population.material, return_index=True)
-    if getattr(facts.scene.water.permeability, "law", "") == "raster":
+    if law_of(facts.scene.water.permeability) == "raster":
         some = np.arange(len(positions))
     return water.permeability(positions[some], 1.0 - columns[some, 2])

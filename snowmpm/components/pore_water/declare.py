@@ -19,6 +19,7 @@ from snowmpm.registry import COMPONENTS, WATER
 from snowmpm.scenes.space import AXES, check_file, dimension, require_dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.water import Border, KnownPermeability, WaterTable
+from snowmpm.water.permeability import law_of
 from snowmpm.water.refusals import DOUBLE, refuse_of_pores
 
 SPLITS = {"semi_implicit": "mpm", "explicit": "mpm", "monolithic": "implicit", "fixed_stress": "implicit"}
@@ -39,8 +40,8 @@ class WaterSides(Spec):
     def _fit_the_scene(self):
         for name in sorted(self.model_fields_set):
             # A scene that is written out whole names all sides
-            if name[0] not in AXES.get(dimension(), "xyz") and getattr(self, name) != "sealed":
-                raise refuse(f"a {dimension()}-D scene has no {name[0]}", name, getattr(self, name))
+            if name[0] not in AXES.get(dimension(), "xyz") and self[name] != "sealed":
+                raise refuse(f"a {dimension()}-D scene has no {name[0]}", name, self[name])
         return self
 
 
@@ -94,7 +95,7 @@ class PoreWaterTable(WaterTable):
     @field_validator("permeability")
     @classmethod
     def _raster_is_there(cls, value: Any) -> Any:
-        if getattr(value, "law", None) == "raster":
+        if law_of(value) == "raster":
             require_dimension(3, "a raster of permeability")
             check_file(value.file, "file")
         return value
@@ -122,7 +123,7 @@ class PoreWaterTable(WaterTable):
 
     def drained(self, dimension: int) -> dict[str, bool]:
         """Whether each border lets water out, by name (`outlets`)."""
-        sides = {f"{axis}_{end}": getattr(self.sides, f"{axis}_{end}") for axis in AXES[dimension]
+        sides = {f"{axis}_{end}": self.sides[f"{axis}_{end}"] for axis in AXES[dimension]
                  for end in ("min", "max")}
         kinds = {"surface": self.surface, "ground": self.ground, "obstacles": self.obstacles, **sides}
         return {name: kind == "drained" for name, kind in kinds.items()}

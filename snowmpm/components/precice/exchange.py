@@ -113,7 +113,7 @@ class Exchange:
     def _read(self, names, key, mesh, ahead):
         """Vectors (nodes, 3) of the data that the scene's `key` names, so long after the begin of the window [s]; None
         where it names none."""
-        name, (ids, columns, _) = getattr(names, key), mesh
+        name, (ids, columns, _) = names[key], mesh
         if name is None:
             return None
         found = np.zeros((len(ids), 3))

@@ -94,9 +94,9 @@ class External:
 
     def state(self):
         """All that a continuation within the run needs, by name."""
-        return {name: getattr(self, name).copy() for name in self.PARTS}
+        return {name: vars(self)[name].copy() for name in self.PARTS}
 
     def restore(self, state):
         """Take over what `state()` gave."""
         for name in self.PARTS:
-            getattr(self, name)[:] = state[name]
+            vars(self)[name][:] = state[name]

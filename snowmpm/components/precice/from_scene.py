@@ -70,9 +70,9 @@ def _check(scene, number, spec):
     read = {"displacement": names.displacement, **({"velocity": names.velocity} if names.velocity else {})}
     _file(scene, table, names).check(names.participant, names.mesh, scene.dimension, {"force": names.force}, read)
     for key in ("file", "participant"):
-        if getattr(names, key) != getattr(first.precice, key):
-            raise InputError.at(f"{table}.{key}", getattr(names, key), f"must be that of structures.{first_number},"
-                                f" {getattr(first.precice, key)}: snowmpm is one participant", scene.source)
+        if names[key] != first.precice[key]:
+            raise InputError.at(f"{table}.{key}", names[key], f"must be that of structures.{first_number},"
+                                f" {first.precice[key]}: snowmpm is one participant", scene.source)
     for other, before in externals(scene):
         if other < number and before.precice.mesh == names.mesh:
             raise InputError.at(f"{table}.mesh", names.mesh, f"is the mesh of structures.{other} too", scene.source)

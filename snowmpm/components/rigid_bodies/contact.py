@@ -21,7 +21,7 @@ def resolve(acting, touches, dt, g, warm):
     acting: `Body`s that move; others are held. warm: impulses (dim,) [N s] of the step before by touch, from which the
     sweeps begin; -> those of this step, and whether the sweeps came to an end.
     """
-    points, normals, gaps = (np.concatenate([getattr(touch, name) for touch in touches])
+    points, normals, gaps = (np.concatenate([vars(touch)[name] for touch in touches])
                              for name in ("points", "normals", "gaps"))
     counts = [len(touch.gaps) for touch in touches]
     friction, restitution, radius = (np.repeat(values, counts) for values in zip(
@@ -32,7 +32,7 @@ def resolve(acting, touches, dt, g, warm):
     jacobian, relative = np.zeros((len(points), dim, len(acting), state.width)), -np.concatenate(
         [touch.velocity for touch in touches])
     for name, sign in (("first", 1.0), ("second", -1.0)):
-        owner = np.repeat([state.row(getattr(touch, name)) for touch in touches], counts)
+        owner = np.repeat([state.row(vars(touch)[name]) for touch in touches], counts)
         at = np.flatnonzero(owner >= 0)
         owner, arms = owner[at], points[at] - state.centre[owner[at]]
         relative[at] += sign * (state.velocity[owner] + _turned(state.omega[owner], arms))
@@ -59,8 +59,9 @@ class _State:
 
     def __init__(self, bodies):
         motions = [body.motion for body in bodies]
-        self.centre, self.velocity, self.omega = (np.array([getattr(motion, name) for motion in motions])
-                                                  for name in ("centre", "velocity", "omega"))
+        self.centre = np.array([motion.centre for motion in motions])
+        self.velocity = np.array([motion.velocity for motion in motions])
+        self.omega = np.array([motion.omega for motion in motions])
         dim = self.centre.shape[1]
         self.width = dim + self.omega.shape[1]
         self._rows = {body.number: i for i, body in enumerate(bodies)}

@@ -50,7 +50,7 @@ class Framework:
         self.lengths, self.along, self.ends = mesh.lengths, mesh.triads[:, 0], mesh.links[:, :2]
         self.free = np.flatnonzero(~mesh.held)
         sections = [mesh.section(e) for e in range(self.n)]
-        axial, bend, line_mass, polar = (np.array([getattr(section, name) for section in sections])
+        axial, bend, line_mass, polar = (np.array([section[name] for section in sections])
                                          for name in ("axial", "bending", "line_mass", "polar_mass"))
         twist = bend / (1.0 + poisson_ratio)  # G J with J = 2 I
         self.modes = Modes(mesh, [element_stiffness(*each) for each in
@@ -233,12 +233,12 @@ class Framework:
 
     def state(self):
         """All that a continuation needs, by name."""
-        return {name: getattr(self, f"_{name}").copy() for name in STATE}
+        return {name: vars(self)[f"_{name}"].copy() for name in STATE}
 
     def restore(self, state):
         """Take over what `state()` gave."""
         for name in STATE:
-            getattr(self, f"_{name}")[:] = state[name]
+            vars(self)[f"_{name}"][:] = state[name]
 
 
 BEYOND = 1e-3

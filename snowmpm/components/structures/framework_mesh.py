@@ -54,7 +54,7 @@ class FrameworkMesh:
     end_inertias: np.ndarray = field(init=False)
 
     def __post_init__(self):
-        line_mass, polar = (np.array([getattr(self.section(e), name) for e in range(len(self.links))])
+        line_mass, polar = (np.array([self.section(e)[name] for e in range(len(self.links))])
                             for name in ("line_mass", "polar_mass"))
         half = 0.5 * line_mass * self.lengths
         masses = np.zeros(len(self.places))

@@ -61,13 +61,13 @@ class Framework(Bending):
 
     def of(self, member: Member, key: str) -> float | None:
         """Width, wall or segments of a `Member`."""
-        own = getattr(member, key)
-        return getattr(self, key) if own is None else own
+        own = member[key]
+        return self[key] if own is None else own
 
     def _place(self, i, key):
         """Key and value of what member i has, its own or that of the structure."""
-        own = getattr(self.members[i], key)
-        return (key, getattr(self, key)) if own is None else (f"members.{i}.{key}", own)
+        own = self.members[i][key]
+        return (key, self[key]) if own is None else (f"members.{i}.{key}", own)
 
     @model_validator(mode="after")
     def _at_rest_it_does_not_answer(self):

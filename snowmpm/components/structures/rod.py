@@ -135,4 +135,4 @@ class Rod:
     def restore(self, state):
         """Take over what `state()` gave."""
         for name in ("nodes", "hinges", "numbers"):
-            getattr(self, f"_{name}")[:] = state[name]
+            vars(self)[f"_{name}"][:] = state[name]

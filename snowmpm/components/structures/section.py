@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.keys import Keyed
+
 
 @dataclass(frozen=True)
-class Section:
+class Section(Keyed):
     """axial E A [N], bending E I [N m2], the same about every axis across; line_mass [kg/m]; yield_moment,
     breaking_moment [N m], infinite where it does not yield or break; hardening: stiffness of a plastic hinge over the
     elastic one [-]; width: of the section across [m], where it breaks. In 2-D per metre of width."""

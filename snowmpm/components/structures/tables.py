@@ -28,8 +28,9 @@ def kind(mark: str) -> Any:
 
 def _mark_of(value: Any) -> str:
     """Mark of what a table, or what was made of one, is."""
-    has = value.__contains__ if isinstance(value, dict) else lambda key: hasattr(value, key)
-    return tag(next((mark for mark, table in KINDS.items() if any(map(has, table.KEYS))), next(iter(KINDS))))
+    keys = value if isinstance(value, dict) else ()
+    return tag(next((mark for mark, table in KINDS.items()
+                     if isinstance(value, table) or any(key in keys for key in table.KEYS)), next(iter(KINDS))))
 
 
 class AnyKind:

@@ -44,11 +44,11 @@ class ContactLaw:
 
     def __post_init__(self):
         for name in ("stiffness", "tangential"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} = {getattr(self, name)!r}: must be > 0")
+            if not vars(self)[name] > 0.0:
+                raise ValueError(f"{name} = {vars(self)[name]!r}: must be > 0")
         for name in ("friction", "rolling", "damping", "strength", "shear_strength"):
-            if not getattr(self, name) >= 0.0:
-                raise ValueError(f"{name} = {getattr(self, name)!r}: must be >= 0")
+            if not vars(self)[name] >= 0.0:
+                raise ValueError(f"{name} = {vars(self)[name]!r}: must be >= 0")
 
     def numbers(self):
         """As kernels take them: [k_n, k_t, mu, mu_r, damping, strength, shear_strength]."""
