@@ -68,7 +68,9 @@ def members(trees):
 def untyped_errors():
     """mypy's errors within functions without annotations."""
     packages = [word for name in TYPED for word in ("-p", f"snowmpm.{name}")]
-    options = ["--check-untyped-defs", "--config-file=", "--ignore-missing-imports", "--follow-imports=silent"]
+    # Annotations of Taichi functions are calls, such as ti.template(), which mypy takes for no types
+    options = ["--check-untyped-defs", "--config-file=", "--ignore-missing-imports", "--follow-imports=silent",
+               "--disable-error-code=valid-type"]
     done = subprocess.run([sys.executable, "-m", "mypy", *options, *packages], cwd=ROOT, capture_output=True, text=True)
     found = re.search(r"Found (\d+) error", done.stdout)
     if not found and "Success" not in done.stdout:

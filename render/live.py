@@ -98,7 +98,7 @@ def live_page(title, picture, news, ended, trouble=None):
     return page(title, "\n".join(parts), refresh=None if ended else RELOAD)
 
 
-def follow(folder, file, title, news):
+def draw_while_running(folder, file, title, news):
     """Keep the page `file` up to date with the run in `folder` until it has ended; the last picture stays."""
     picture, pause, ended = LivePicture(folder), 0.0, False
     while not ended:
@@ -120,4 +120,4 @@ def main():
     with contextlib.suppress(OSError, AttributeError):  # not on Windows
         os.nice(10)
     with overwriting.keeping(overwrite=True):  # the command has asked; the page is to be known as its own
-        follow(*sys.argv[1:4], News(sys.stdin))
+        draw_while_running(*sys.argv[1:4], News(sys.stdin))

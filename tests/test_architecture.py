@@ -170,6 +170,14 @@ def test_components_are_imported_by_name_only():
     assert not wrong
 
 
+def test_components_take_of_a_method_what_it_offers():
+    """Its `kernel_api`, and nothing behind it; entries of the atlas compare methods with themselves."""
+    behind = re.compile(r"snowmpm\.(mpm|sph|depth|implicit)\.(?!kernel_api$)")
+    wrong = {f"{module} imports {name}" for module in modules() for name in imported(module)
+             if module.startswith("snowmpm.components.") and "atlas" not in module and behind.match(name)}
+    assert not wrong
+
+
 def test_what_is_imported_is_declared():
     wanted = {name.split(".")[0] for module in modules() for name in imported(module)}
     extras = PROJECT["project"]["optional-dependencies"]

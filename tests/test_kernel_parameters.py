@@ -27,6 +27,7 @@ EXCEPTIONS = {
     "snowmpm/depth/nodes.py": (LATER, {"resolve"}),
     "snowmpm/depth/scatter.py": (LATER, {"scatter"}),
     "snowmpm/components/body_contact/pairs.py": (LATER, {"exchange_momentum"}),
+    "snowmpm/mpm/contact/joined_contact.py": (LATER, {"finish", "hold"}),
     "snowmpm/mpm/contact/lines.py": (LATER, {"is_led", "follower", "count", "fill"}),
     "snowmpm/mpm/contact/spreading.py": (LATER, {"prepare"}),
     "snowmpm/mpm/contact/wall_contact.py": (LATER, {"act_on_line", "resolve_contact"}),

@@ -78,9 +78,9 @@ def test_every_law_has_a_measured_cost(kind, dimension):
 @pytest.mark.parametrize(("method", "dimension"), [(name, dimension) for name, entry in METHODS.items()
                                                    for dimension in entry.capabilities.dimensions])
 def test_every_method_has_a_measured_cost(method, dimension):
-    crowd = costs.Crowd({"elastic": 1000}, blocks=10, node_blocks=20, contact_blocks=5, surfaces=2)
+    load = costs.StepLoad({"elastic": 1000}, blocks=10, node_blocks=20, contact_blocks=5, surfaces=2)
     for precision in METHODS[method].capabilities.precisions:
-        found = costs.stages(costs.Scheme(dimension, precision, method=method), crowd)
+        found = costs.stages(costs.Scheme(dimension, precision, method=method), load)
         assert found["particles"] > 0.0 and found["calls"] > 0.0
 
 

@@ -49,10 +49,9 @@ class Budget:
                           for kind in kinds}
         self.n = sum(self.particles.values())
         work = workload(facts.solver)
-        self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
-                                 work.moving, len(facts.model.obstacles),
-                                 scene.initial.stress == "settle" or bool(scene.saw_test),
-                                 work.components)
+        self.step_load = costs.StepLoad(
+            self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces, work.moving,
+            len(facts.model.obstacles), scene.initial.stress == "settle" or bool(scene.saw_test), work.components)
         self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
@@ -66,7 +65,7 @@ class Budget:
     def stages(self, scheme=None, particles=1.0, blocks=1.0, settling=False):
         """Seconds of the stages of a step on this machine, also of another scheme, or of a share of the particles and
         blocks."""
-        found = costs.stages(scheme or self.scheme, self.crowd.times(particles, blocks), settling)
+        found = costs.stages(scheme or self.scheme, self.step_load.times(particles, blocks), settling)
         shared = 1.0 + EFFICIENCY * (self.threads - 1)
         slower = {name: self._python if name in PYTHON or (name in COMPONENTS and COMPONENTS[name].in_python)
                   else self._vector for name in found}
@@ -93,7 +92,7 @@ class Budget:
 
     def frames_at(self, particles):
         """Seconds of all frames with the number of particles multiplied by this factor."""
-        one = costs.frame(particles * self.n, self.numbers, self.scheme, self.crowd.obstacles)
+        one = costs.frame(particles * self.n, self.numbers, self.scheme, self.step_load.obstacles)
         return self._python * self.frames * one
 
     @property
@@ -113,7 +112,7 @@ class Budget:
 
     def payments(self):
         """`Payment`s of the scene, as a table."""
-        facts, scheme, steps, crowd = self.facts, self.scheme, self.facts.steps, self.crowd
+        facts, scheme, steps, step_load = self.facts, self.scheme, self.facts.steps, self.step_load
         stages = {name: steps * seconds for name, seconds in self.stages().items()}
         sizes = facts.solver.particles.sizes
         a_cell = facts.scene.solver.filling
@@ -130,11 +129,13 @@ class Budget:
         else:
             rows += [(f"law {kind}", f"{self.particles[kind]} particles", scale * ns) for kind, ns in in_table.items()]
         if entry.capabilities.grid and not entry.capabilities.solves:
-            rows.append(("blocks of the grid", f"{crowd.blocks}, {self.n / max(1, crowd.blocks):.0f} particles in each",
+            a_block = self.n / max(1, step_load.blocks)
+            rows.append(("blocks of the grid", f"{step_load.blocks}, {a_block:.0f} particles in each",
                          stages["blocks"] + stages["nodes"]))
-            rows.append(("contact", f"{crowd.contact_blocks} blocks near {crowd.surfaces} surfaces", stages["contact"]))
+            near = f"{step_load.contact_blocks} blocks near {step_load.surfaces} surfaces"
+            rows.append(("contact", near, stages["contact"]))
             rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
-        for name, work in crowd.components.items():
+        for name, work in step_load.components.items():
             if not work:
                 continue
             counts = ", ".join(f"{n} {what}s" for what, n in work.items()

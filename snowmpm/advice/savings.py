@@ -93,8 +93,8 @@ def _spline(budget):
 
 
 def _crowded(budget):
-    crowd = budget.facts.scene.solver.particles_per_cell
-    if not METHODS[budget.scheme.method].capabilities.grid or crowd <= SPARSE:
+    filling = budget.facts.scene.solver.particles_per_cell
+    if not METHODS[budget.scheme.method].capabilities.grid or filling <= SPARSE:
         return
     usual, why = 8, "more are needed only where bodies are stretched to twice their length"
     if budget.facts.dim == 2 or _flows(budget.facts):
@@ -102,8 +102,8 @@ def _crowded(budget):
     if budget.facts.dim == 3 and usual == SPARSE:
         why = ("front and deposit of a collapse in 3-D were then 3 to 27 % further from those of a finer grid, but"
                " nearer to them for the same time, on smaller cells (`snowmpm docs speed`)")
-    if crowd > usual:
-        share = usual / crowd
+    if filling > usual:
+        share = usual / filling
         steps = budget.facts.steps * (budget.step() - budget.step(particles=share))
         saved = steps + budget.output - budget.frames_at(share)
         yield from _worth(budget, "solver.particles_per_cell", f"{usual}: {why}", saved, usual)

@@ -6,6 +6,7 @@ Each worker process does one run at a time, with the Taichi threads that the cam
 import contextlib
 import time as clock
 from dataclasses import dataclass
+from typing import Any
 
 from snowmpm.cores import available_cores
 from snowmpm.errors import InputError, SimulationError
@@ -47,10 +48,10 @@ class Site:
     """client: of Dask; address: of a scheduler that is not ours, else None; dashboard: address of its page; cluster:
     that is ours, else None; wanted: number of its workers."""
 
-    client: object
+    client: Any
     address: str | None
     dashboard: str
-    cluster: object = None
+    cluster: Any = None
     wanted: int = 0
 
     def workers(self):

@@ -20,22 +20,26 @@ import inspect
 import itertools
 import linecache
 import types
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from snowmpm.compiler.backend import ti
 from snowmpm.compiler.function_trees import source_of
 from snowmpm.compiler.launch import taichi_kernel
 
+if TYPE_CHECKING:  # what Taichi makes of them knows all that kernels ask
+    Array: TypeAlias = Any
+    Vectors: TypeAlias = Any
+    Real: TypeAlias = Any
+else:
 
-class Array:
-    """Of the annotation of a field or an argument: an array of numbers."""
+    class Array:
+        """Of the annotation of a field or an argument: an array of numbers."""
 
+    class Vectors:
+        """An array of vectors of four numbers of the kernel's precision."""
 
-class Vectors:
-    """An array of vectors of four numbers of the kernel's precision."""
-
-
-class Real:
-    """A number of the kernel's precision."""
+    class Real:
+        """A number of the kernel's precision."""
 
 
 def grouped_kernel(real):

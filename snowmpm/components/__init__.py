@@ -7,6 +7,7 @@ Without a folder and its line in NAMES all else works as before (`tests/componen
 """
 
 import importlib
+from typing import Any
 
 import numpy as np
 
@@ -138,7 +139,7 @@ def seeds(scene, i, surface, material):
     return next((found for make in makers if (found := make(scene, i, surface, material)) is not None), None)
 
 
-_tables = {}
+_tables: dict[str, tuple[Any, ...]] = {}
 
 
 def open_table(name, *tables):

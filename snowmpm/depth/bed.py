@@ -60,8 +60,10 @@ def _continued(z, mirrored, repeats):
             for end in (0, 1):
                 widths = [[0, 0], [0, 0]]
                 widths[0][end] = MARGIN
-                kind = {"mode": "symmetric"} if mirrored[axis][end] else {"mode": "reflect", "reflect_type": "odd"}
-                z = np.pad(z, widths, **kind)
+                if mirrored[axis][end]:
+                    z = np.pad(z, widths, mode="symmetric")
+                else:
+                    z = np.pad(z, widths, mode="reflect", reflect_type="odd")
         z = np.moveaxis(z, 0, axis)
     return z
 

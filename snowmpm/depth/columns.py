@@ -114,8 +114,9 @@ class Columns(Particles):
             return
         own = self.cells.to_numpy()[: self.count], self._table(), *self._labels().T
         cell, reals, material = self._rows_of(population)
-        self._fill(*(np.concatenate(pair) for pair in zip(
-            own, (cell, reals, material, np.full(len(cell), -1)), strict=True)), guests=len(cell))
+        cells, numbers, materials, identity = (np.concatenate(pair) for pair in zip(
+            own, (cell, reals, material, np.full(len(cell), -1)), strict=True))
+        self._fill(cells, numbers, materials, identity, guests=len(cell))
 
     def take(self, keep, gravity, taken=False, laid=False):
         """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave, as

@@ -16,6 +16,7 @@ order for drags with v^2. A column that stops within a step goes as far as until
 """
 
 import functools
+from typing import Any
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
@@ -48,7 +49,8 @@ def gather_kernel(real, law, takes, load, serial):
     taking = takes is not None
     n_numbers, n_cover = len(names._fields), len(cover_names._fields)
     loaded, parted = load is not None, load is not None and load.sets > 1
-    pushed, bears = (load.pushed(real), load.borne(real)) if load else (None, None)
+    pushed: Any = load.pushed(real) if load else None
+    bears: Any = load.borne(real) if load else None
     n_beside, steep = (load.node_size - NODE, load.steep) if parted else (0, 0)
 
     @taichi_kernel

@@ -7,6 +7,7 @@ A step is leapfrog, of second order and, without friction and shocks, symplectic
 
 import math
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 
@@ -54,6 +55,9 @@ COLUMN_STEP = 60e-9
 class DepthSolver(Method, Around, PushesObstacles, Forecasts):
     """Columns of a population on a ground."""
 
+    particles: Columns
+    _start: Any
+
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
                  sides, obstacles=(), adapters=()):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
@@ -63,9 +67,10 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
         self.frame = Frame(3, precision, lower, dx, lower, upper)
-        self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
+        first, last = _aligned(lower, upper, dx, terrain)
+        self.grid = PlanGrid(first, last, dx, [side[0] == "periodic" for side in sides[:2]])
         self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
-        self._load = next((one.load for one in self.adapters if one.load), None)
+        self._load: Any = next((one.load for one in self.adapters if one.load), None)
         self.particles = Columns(population, laws, self.grid, self.bed, precision, self._load)
         self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
         self._tables(friction, sides, population)
@@ -120,7 +125,8 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
             walls[axis] = [*(name in WALLS for name in sides[axis]), grid.shape[axis],
                            grid.repeats[axis]]
         self._walls = int_array(walls)
-        self._bounds, self._report = None, ()
+        self._bounds: Any = None
+        self._report: Any = ()
         self._serial = runs_serially(COLUMN_STEP * count)
 
     def on_ground(self, friction):
@@ -187,8 +193,8 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
                     options.mixing, dt, self._copies, self._sets * grid.n_tiles, number * grid.n_tiles, *sizes)
             for act in self.adapters.after_scatter:
                 act(dt, dt)
-            load = self._load
-            gather.gather_kernel(real, self._law, cover.law, load and type(load), self._serial)(
+            load, kind = self._load, type(self._load) if self._load else None
+            gather.gather_kernel(real, self._law, cover.law, kind, self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
                 load.numbers if load else self._numbers, self._set_of, self.bed.stride, dt, 1.0 / grid.dx, g,

@@ -15,6 +15,7 @@ and so on.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -35,7 +36,7 @@ class Observed:
     """name: of the file; geometry: shapely polygons in the run's map coordinates [m]."""
 
     name: str
-    geometry: object
+    geometry: Any
 
     @property
     def rings(self):

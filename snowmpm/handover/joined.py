@@ -121,7 +121,8 @@ class JoinedParticles(Particles):
 
     def snapshot(self):
         """`JoinedSnapshot` of all as they are now."""
-        return JoinedSnapshot(*(part.snapshot() for part in self._parts), self.sizes)
+        first, second = self._parts
+        return JoinedSnapshot(first.snapshot(), second.snapshot(), self.sizes)
 
     def column(self, name):
         """Copy of one column, float64, (n, size)."""

@@ -61,9 +61,9 @@ class Moment:
 
 def inside(regions: list[Region], plan: Floats) -> NDArray[np.bool_]:
     """Whether places (n, 2) [m] lie in one of the regions (n,)."""
-    found = np.zeros(len(plan), bool)
+    found: NDArray[np.bool_] = np.zeros(len(plan), bool)
     for region in regions:
-        box = ((plan >= region.lower) & (plan <= region.upper)).all(axis=1)
+        box: Any = ((plan >= region.lower) & (plan <= region.upper)).all(axis=1)
         if region.polygons is not None:
             box[box] = region.polygons.contains(plan[box])
         found |= box

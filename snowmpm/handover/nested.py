@@ -17,6 +17,7 @@ both give each other is equal and opposite but for the change within a step, and
 import copy
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,9 @@ MOST_STEPS = 100_000
 
 class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
     """outer: method of the columns; inner: method of the particles, which has none at time zero."""
+
+    particles: JoinedParticles
+    contact_work: Any
 
     def __init__(self, outer, inner, model, within, border):
         """model, within: `setup.model.Model` of the scene, and of its zone; border: `Border`."""
@@ -68,10 +72,10 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
         self._press(dt)
         self.outer.step(dt)
         self._moved = self.outer.particles.count
-        self._follow(dt)
+        self._step_inner(dt)
         self.steps += 1
 
-    def _follow(self, dt):
+    def _step_inner(self, dt):
         """Let the particles catch up."""
         left, taken = dt, 0
         while self.inner.particles.count and left > 1e-12 * dt:
@@ -124,7 +128,7 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
         volume = store.column("volume")[:, 0] * store.column("volume_ratio")[:, 0]
         at = np.floor(plan / side).astype(np.int64)
         low = at.min(axis=0) - 1
-        depth = np.zeros(np.ptp(at, axis=0) + 3)
+        depth: Any = np.zeros(np.ptp(at, axis=0) + 3)
         np.add.at(depth, tuple((at - low).T), volume / (9.0 * side**2))
         depth = sum(np.roll(depth, (i, j), axis=(0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1))
 

@@ -7,6 +7,7 @@ speed that sliding blocks have (`depth.blocks`).
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -32,9 +33,9 @@ class Leg:
     """A part of the run by one method: its scene, model and solver at its start, begin and end [s] (None: that of the
     run)."""
 
-    scene: object
-    model: object
-    solver: object
+    scene: Any
+    model: Any
+    solver: Any
     begin: float = 0.0
     end: float | None = None
 

@@ -81,9 +81,8 @@ class Trial:
 class Balance:
     """Equations of particles on a mesh.
 
-    matter: `Matter`; materials: `MaterialTable` of float64; body (n, dim): b [m/s2]; dt [s]: what laws see; inertia: c
-    [1/s2]; history (N, dim): H [N]; dx [m]. pull
-    (n,): s [Pa], None without.
+    matter: `MaterialPoints`; materials: `MaterialTable` of float64; body (n, dim): b [m/s2]; dt [s]: what laws see;
+    inertia: c [1/s2]; history (N, dim): H [N]; dx [m]. pull (n,): s [Pa], None without.
     """
 
     def __init__(self, mesh, held, matter, materials, body, dx, dt, inertia=0.0, history=None):

@@ -13,6 +13,7 @@ doi:10.1137/S0036142900373208); constants and linear fields stay, so that nothin
 
 import functools
 import itertools
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -39,12 +40,17 @@ class Held:
     def __init__(self, mesh, lines, volume=None, past=None):
         self.mesh, dim = mesh, mesh.dim
         self._taken = np.zeros(mesh.n_nodes * dim, bool)
-        self._rows, self._columns, self._values = [], [], []
+        self._rows: list[Any] = []
+        self._columns: list[Any] = []
+        self._values: list[Any] = []
         self.touched = np.zeros(mesh.n_nodes, bool)
-        self._past, self.offset = past, None if past is None else np.zeros(mesh.n_nodes * dim)
+        self._past = past
+        self.offset: Any = None if past is None else np.zeros(mesh.n_nodes * dim)
         share = None if volume is None else mesh.W.T @ volume
         self.faint = np.zeros(mesh.n_nodes, bool) if share is None else share < FAINT
-        self._reactions, self._slides, n_lines = ([], []), [], 0
+        self._reactions: tuple[list[Any], list[Any]] = ([], [])
+        self._slides: list[Any] = []
+        n_lines = 0
         for found, codes in lines:
             self._hold(found, np.broadcast_to(codes, len(found)), n_lines)
             n_lines += len(found)

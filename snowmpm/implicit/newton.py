@@ -1,6 +1,7 @@
 """Newton's method with a line search, and what it says when it fails."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class Solved:
     """A step that was solved: `balance.Trial`, |R| over the forces of each iterate, and of water in the pores `Pores`
     and pressures."""
 
-    trial: object
+    trial: Any
     residuals: list = field(default_factory=list)
     flow: tuple = ()
 

@@ -11,13 +11,14 @@ Elasticity forgets the way to the balance; material that yields does not, and ta
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.implicit.balance import Balance
-from snowmpm.implicit.march import Grid, March, Rules
-from snowmpm.implicit.matter import Matter
+from snowmpm.implicit.material_points import MaterialPoints
+from snowmpm.implicit.step_solver import Grid, Rules, StepSolver
 from snowmpm.implicit.surfaces import surfaces_of
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.material_table import MaterialTable
@@ -36,7 +37,7 @@ HELD = ("open", "slip", "symmetric", "stick")
 class Settled:
     """population: particles in balance; unbalanced: |R| over the weight; rounds: of them; iterations: of Newton."""
 
-    population: object
+    population: Any
     unbalanced: float
     rounds: int
     iterations: int
@@ -63,35 +64,35 @@ def settle(population, laws, chosen, *, tolerance, dx, origin, lower, upper, gra
     # All nodes of explicit MPM are free, faint ones too; where these have no balance, they follow
     for extended in (False, True):
         grid = Grid(dx, frame.origin, chosen.kernel, chosen.gradient, surfaces, extended)
-        matter = Matter.of_population(population, materials, frame.origin, dx)
+        matter = MaterialPoints.of_population(population, materials, frame.origin, dx)
         matter.velocity[:] = 0.0
         matter.strain = next(iter(acting.strain), None)
-        found = _balanced(March(grid, rules, materials), matter, np.asarray(gravity, float), SHARE * tolerance)
+        found = _balanced(StepSolver(grid, rules, materials), matter, np.asarray(gravity, float), SHARE * tolerance)
         if found:
             return Settled(_as_population(population, matter, frame), *found)
     return None
 
 
-def _balanced(march, matter, gravity, enough):
+def _balanced(step_solver, matter, gravity, enough):
     """What is left of the weight, rounds and iterations, once it is `enough`; None where it does not get there."""
     body = np.broadcast_to(gravity, matter.velocity.shape)
-    iterations, left, done = 0, unbalanced(march, matter, body), 0
+    iterations, left, done = 0, unbalanced(step_solver, matter, body), 0
     while left > enough:
         if done == ROUNDS:
             return None
         try:
-            passed = march.to_balance(matter, body, 1.0)
+            passed = step_solver.to_balance(matter, body, 1.0)
         except SimulationError:
             return None
         iterations, done = iterations + passed.iterations, done + 1
-        left = unbalanced(march, matter, body)
+        left = unbalanced(step_solver, matter, body)
     return left, done, iterations
 
 
-def unbalanced(march, matter, body):
+def unbalanced(step_solver, matter, body):
     """|T^T R| over |T^T sum_p m b w| of particles on nodes in their places. body (n, dim): b [m/s2]."""
-    mesh, held = march.mesh(matter)
-    balance = Balance(mesh, held, matter, march.materials, body, march.grid.dx, 1.0)
+    mesh, held = step_solver.mesh(matter)
+    balance = Balance(mesh, held, matter, step_solver.materials, body, step_solver.grid.dx, 1.0)
     trial = balance.at(np.zeros(held.T.shape[1]))
     return float(np.linalg.norm(trial.free) / np.linalg.norm(held.reduced(balance.external)))
 

@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from snowmpm.errors import InputError, SimulationError
-from snowmpm.implicit.march import Grid, March, Rules
-from snowmpm.implicit.matter import Matter
+from snowmpm.implicit.material_points import MaterialPoints
+from snowmpm.implicit.step_solver import Grid, Rules, StepSolver
 from snowmpm.implicit.surfaces import surfaces_of
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE
@@ -27,7 +28,7 @@ TO_THE_NEXT_FRAME = 1e6
 
 
 class ImplicitSolver(Solver, Severing):
-    """Particles, and steps of them that `March` solves."""
+    """Particles, and steps of them that `StepSolver` solves."""
 
     def __init__(self, population, laws, choices, options, *, dx, precision, origin, lower, upper, gravity, cfl=None,
                  terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), adapters=()):
@@ -57,7 +58,7 @@ class ImplicitSolver(Solver, Severing):
             drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0, period=period,
             **self.adapters.of_particles)
         self._begin(population, gravity)
-        self.march = March(grid, rules, self.particles.materials)
+        self.step_solver = StepSolver(grid, rules, self.particles.materials)
         self._acceleration = np.zeros((len(population.volumes), self.dim))
         self._held_impulse = np.zeros(self.dim)
         self.contact_work = 0.0
@@ -67,8 +68,8 @@ class ImplicitSolver(Solver, Severing):
         self._may_part = any(not surface.fixed for surface in grid.surfaces)
         self._given, self._pressing = np.zeros((2, len(obstacles), self.dim + (1 if self.dim == 2 else 3)))
         self._fresh, self._scene_loads = True, []
-        self.passed = None
-        """`march.Passed` of the last step"""
+        self.passed: Any = None
+        """`step_solver.StepResult` of the last step"""
         if self.at_rest:
             self._stop()
         self.adapters.begin(self)
@@ -92,7 +93,7 @@ class ImplicitSolver(Solver, Severing):
         before = store.column("velocity") if self.adapters.before_step and store.count else None
         self._act(dt)
         if store.count:
-            matter = Matter.of_store(store)
+            matter = MaterialPoints.of_store(store)
             gain = None if before is None else matter.velocity - before
             around = next((found for take in self.adapters.around if (found := take()) is not None), None)
             if around:
@@ -124,7 +125,7 @@ class ImplicitSolver(Solver, Severing):
         body, loads = self._body(matter)
         self._loaded += dt * (matter.mass @ loads)
         # Impulses of events and forces since the last step are velocities by now: as forces over the step
-        return self.march.to_balance(matter, body + matter.velocity / dt, dt)
+        return self.step_solver.to_balance(matter, body + matter.velocity / dt, dt)
 
     def _move(self, matter, dt, gain=None):
         """gain (n, dim) [m/s]: what forces of the scene gave before the step, which act over it."""
@@ -133,7 +134,7 @@ class ImplicitSolver(Solver, Severing):
             matter.velocity = matter.velocity - gain
             body = body + gain / dt
         acceleration = self._acceleration[matter.number]
-        passed = self.march.in_time(matter, acceleration, body, dt, self._fresh, self._pressing)
+        passed = self.step_solver.in_time(matter, acceleration, body, dt, self._fresh, self._pressing)
         self._acceleration[matter.number], self._fresh = acceleration, False
         self._loaded += dt * (matter.mass @ loads)
         return passed
@@ -170,7 +171,7 @@ class ImplicitSolver(Solver, Severing):
             limits["advective"] = self.cfl * self.dx / self.extremes.speed
         if self.extremes.gradient > 0.0:
             limits["deformation"] = DEFORMATION_LIMIT / self.extremes.gradient
-        cause = min(limits, key=limits.get)
+        cause = min(limits, key=lambda name: limits[name])
         return limits[cause], cause
 
     def expected_dt(self, breaking=False):
@@ -219,9 +220,9 @@ class ImplicitSolver(Solver, Severing):
     @property
     def memory(self):
         """Bytes of everything but the particles, about: stencils, tangents and the matrix of a step."""
-        size = STENCILS[self.march.grid.kernel].width ** self.dim
+        size = STENCILS[self.step_solver.grid.kernel].width ** self.dim
         a_particle = 8 * (size * (2 * self.dim + 3) + self.dim**4 + 40)
-        neighbours = (2 * STENCILS[self.march.grid.kernel].width - 1) ** self.dim
+        neighbours = (2 * STENCILS[self.step_solver.grid.kernel].width - 1) ** self.dim
         nodes = self.particles.count / 2**self.dim
         return int(a_particle * self.particles.count + nodes * neighbours * (8 * self.dim**2 + 12))
 

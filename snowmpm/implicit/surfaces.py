@@ -1,4 +1,4 @@
-"""Terrain, sides of the domain and obstacles, as `held.Held` and `touch.Touch` ask for them."""
+"""Terrain, sides of the domain and obstacles, as `held.Held` and `contact_set.ContactSet` ask for them."""
 
 from collections.abc import Callable
 from typing import NamedTuple

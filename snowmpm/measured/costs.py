@@ -112,7 +112,7 @@ def once(what, n):
 
 
 @dataclass(frozen=True)
-class Crowd:
+class StepLoad:
     """What a step has to do with: particles of each law kind, {kind: n}; home blocks of particles; blocks of nodes;
     contact blocks, those with nodes near a surface; surfaces: ground, sides and obstacles, moving ones of them."""
 
@@ -134,7 +134,7 @@ class Crowd:
 
     def times(self, particles, blocks):
         """With so many times as many particles and blocks."""
-        return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
+        return StepLoad({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
                      self.obstacles, self.rests, self._components_of(particles))
 
@@ -143,35 +143,35 @@ class Crowd:
                 for name, work in self.components.items()}
 
 
-def stages(scheme, crowd, settling=False):
+def stages(scheme, step_load, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
     components, calls of kernels. Nothing moves far enough to be sorted while an initial state
     settles, and nothing is followed yet."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
-    particles = full * bulk(plain, crowd) + crowd.n * more
+    particles = full * bulk(plain, step_load) + step_load.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
-             **{name: component(scheme, name, work, settling) for name, work in crowd.components.items()},
+             **{name: component(scheme, name, work, settling) for name, work in step_load.components.items()},
              "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
         flip = "flip" if TRANSFERS[scheme.transfer].flip else "apic"
-        found["blocks"] = wide * crowd.blocks * _of(scheme, "home block", "")
-        found["nodes"] = wide * crowd.node_blocks * _of(scheme, "node block", flip)
-        found["contact"] = crowd.contact_blocks * _of(scheme, "contact block", "") + (
-            crowd.surfaces * _of(scheme, "surface", "") + crowd.moving * _of(scheme, "moving", "")
-            + bool(crowd.obstacles) * _of(scheme, "watched", ""))
-        found["sorts"] = 0.0 if settling else crowd.n * _of(scheme, "sort", "")
+        found["blocks"] = wide * step_load.blocks * _of(scheme, "home block", "")
+        found["nodes"] = wide * step_load.node_blocks * _of(scheme, "node block", flip)
+        found["contact"] = step_load.contact_blocks * _of(scheme, "contact block", "") + (
+            step_load.surfaces * _of(scheme, "surface", "") + step_load.moving * _of(scheme, "moving", "")
+            + bool(step_load.obstacles) * _of(scheme, "watched", ""))
+        found["sorts"] = 0.0 if settling else step_load.n * _of(scheme, "sort", "")
     return {name: 1e-9 * ns for name, ns in found.items()}
 
 
-def bulk(scheme, crowd):
+def bulk(scheme, step_load):
     """ns of transfers and laws in full blocks of the benchmarks. Where nothing yields, a return map is a trial."""
     if METHODS[scheme.method].capabilities.plan:
-        return crowd.n * transfers(scheme)  # columns have no stress
-    kinds = {kind: "elastic" if crowd.rests and kind.endswith("cam_clay") else kind for kind in crowd.particles}
-    return sum(n * (transfers(scheme) + law(scheme, kinds[kind])) for kind, n in crowd.particles.items())
+        return step_load.n * transfers(scheme)  # columns have no stress
+    kinds = {kind: "elastic" if step_load.rests and kind.endswith("cam_clay") else kind for kind in step_load.particles}
+    return sum(n * (transfers(scheme) + law(scheme, kinds[kind])) for kind, n in step_load.particles.items())
 
 
 def component(scheme, name, work, settling=False):
@@ -206,9 +206,9 @@ def call(scheme):
     return 1e-9 * _of(scheme, "call", scheme.method)
 
 
-def step(scheme, crowd, settling=False):
-    """Seconds of a step of a `Crowd`."""
-    return sum(stages(scheme, crowd, settling).values())
+def step(scheme, step_load, settling=False):
+    """Seconds of a step of a `StepLoad`."""
+    return sum(stages(scheme, step_load, settling).values())
 
 
 def frame(particles, numbers, scheme, obstacles=0):

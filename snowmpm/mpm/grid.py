@@ -9,6 +9,7 @@ What a node holds: `mpm.node`.
 """
 
 from collections import defaultdict
+from typing import Any
 
 import numpy as np
 
@@ -45,16 +46,19 @@ class TileGrid:
     into chunks of about equal work.
     """
 
-    def __init__(self, dim, precision, surfaces=(), flip=False, fields=None, adapters=NONE):
+    def __init__(self, dim, precision, surfaces=(), flip=False, fields=None, joins=False, adapters=NONE):
         """flip: nodes have two halves (`mpm.node`); fields: `FieldPairs`, or None where all share one velocity field;
-        adapters: of the components at work."""
+        joins: whether walls may hold their lines together (`JoinedLines`); adapters: of the components at work."""
         self.dim = dim
         self.precision = precision
         self.flip = flip
         self.surfaces = list(surfaces)
         self.fields = fields
+        self.joins = joins
         self.adapters = adapters
-        self.tiles = self.nodes = self.contact = None
+        self.tiles: Any = None
+        self.nodes: Any = None
+        self.contact: Any = None
         self._rows = defaultdict(Rows)
         self.contact_offset = block_nodes(dim) * most_workers()
 
@@ -76,7 +80,8 @@ class TileGrid:
     def rebuild_contact(self):
         """Follow surfaces that have moved."""
         dim, (keys, coordinates, keys_beside) = self.dim, self._node_blocks
-        met, places = False, places_of(keys, dim)
+        met: Any = False
+        places = places_of(keys, dim)
         if self.fields:
             _, place, count = np.unique(places, return_inverse=True, return_counts=True)
             met = (count[place] > 1) | np.isin(fields_of(keys, dim), self.fields.everywhere)

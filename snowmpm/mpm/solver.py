@@ -1,6 +1,7 @@
 """Explicit MPM: B-splines, or averaged hats for comparison; PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -75,9 +76,11 @@ class MpmSolver(Solver, Severing, Damped, Within):
         self._begin(population, gravity)
         self.serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         fields = next((make(self, population) for make in self.adapters.field_pairs), None)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, adapters=self.adapters)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, joins=not (fields or period.any()),
+                             adapters=self.adapters)
         self._bind_kernels()
-        self._reports = self._impulses = None
+        self._reports: Any = None
+        self._impulses: Any = None
         self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
         self.adapters.begin(self)

@@ -49,7 +49,7 @@ class MaterialTable:
         functions_of = [LawFunctions.of(law) for law in self.laws]
         names = [(law.kind, law.model_dump_json()) for law in self.laws]
         first_name = dict(zip(reversed(functions_of), reversed(names), strict=True))
-        self.functions = tuple(sorted(first_name, key=first_name.get))
+        self.functions = tuple(sorted(first_name, key=lambda functions: first_name[functions]))
         self.density = np.array([law.density for law in laws])
         self.wave_speed = max(law.wave_speed() for law in laws)
         """of the stiffest material, elastic [m/s]"""

@@ -19,7 +19,7 @@ class Population:
 
     positions: np.ndarray
     volumes: np.ndarray
-    material: np.ndarray
+    material: np.ndarray | int
     velocities: np.ndarray | None = None
     elastic: np.ndarray | None = None
     stress: np.ndarray | None = None
@@ -38,14 +38,14 @@ class Population:
             return np.concatenate([vars(part)[name] for part in parts])
 
         width = max((part.state.shape[1] for part in parts if part.state is not None), default=0)
-        state = np.full((sum(len(part.volumes) for part in parts), width), np.nan) if width else None
+        state = np.full((sum(len(part.volumes) for part in parts), width), np.nan)
         ends = np.cumsum([0, *(len(part.volumes) for part in parts)])
         for part, begin, end in zip(parts, ends, ends[1:], strict=False):
             if part.state is not None:
                 state[begin:end, : part.state.shape[1]] = part.state
         names = ("positions", "volumes", "material", "velocities", "elastic", "stress", "volume_ratio", "affine")
-        return cls(*(column(name) for name in names), state, column("field"), column("starts"),
-                   columns=cls._columns(parts), unstressed=column("unstressed"))
+        return cls(**{name: column(name) for name in names}, state=state if width else None, field=column("field"),
+                   starts=column("starts"), columns=cls._columns(parts), unstressed=column("unstressed"))
 
     @staticmethod
     def _columns(parts):

@@ -45,4 +45,5 @@ def regime(number: Floats) -> Floats:
 
 def steady_fraction(number: Floats, densest: ArrayLike = DENSEST, loosest: ArrayLike = LOOSEST) -> Floats:
     """phi(I) (n,) of inertial numbers; not below phi_min, which it has at I = 1."""
-    return np.asarray(densest - (np.asarray(densest) - loosest) * np.minimum(number, 1.0))
+    most = np.asarray(densest, float)
+    return np.asarray(most - (most - np.asarray(loosest, float)) * np.minimum(number, 1.0))

@@ -22,6 +22,7 @@ part. Cells are classified by the maps as stored, in float32, so that readers of
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import shapely
@@ -133,7 +134,7 @@ class Hazard:
     profile: dict
     line: np.ndarray | None
     classes: dict = field(default_factory=dict)
-    release: object = None
+    release: Any = None
 
     def record(self):
         """As plain lists and numbers, for a file."""

@@ -26,6 +26,7 @@ particles count too.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -127,7 +128,7 @@ class Audit:
     def _along(self, x):
         return (x[:, :-1] - self._reference[:-1]) @ self._direction
 
-    def follow(self, solver, relay):
+    def continue_with(self, solver, relay):
         """Go on with the solver of another method; relay: `running.relay.Relay` that has made it."""
         self._solver, self._start, self.past = solver, relay.start, relay.past
         self._axes = slice(0, -1) if relay.scene.solver.in_plan else slice(None)
@@ -182,7 +183,7 @@ class Audit:
         lift = float(self._reference @ self._falling) if self._own_potential() is None else 0.0
         entrained, laid = removed.get("entrained", 0.0), removed.get("laid", 0.0)
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
-        given = {}
+        given: dict[str, Any] = {}
         for adapter in solver.adapters:
             row.update(adapter.row())
             given |= adapter.given(lift)
@@ -227,7 +228,7 @@ class Audit:
         dim, arm, D = solver.frame.dim, x - self._reference, second_moment(solver)
         turns = {"angular_momentum": (0, 1)} if dim == 2 else {
             f"angular_momentum_{axis}": pair for axis, pair in zip("xyz", ((1, 2), (2, 0), (0, 1)), strict=True)}
-        C = fields.velocity_gradient() if D else None
+        C: Any = fields.velocity_gradient() if D else None
         found = {}
         for name, (a, b) in turns.items():
             found[name] = float(mass @ (arm[:, a] * v[:, b] - arm[:, b] * v[:, a]))

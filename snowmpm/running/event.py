@@ -1,10 +1,12 @@
 """What all events of a run have."""
 
+from typing import Any
+
 
 class Event:
     """Base of all events: an entry of the scene's events table and the index of the body that it names, if any."""
 
-    load = None
+    load: tuple[Any, Any, Any] | None = None
     """(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])"""
 
     def __init__(self, spec, body, dx=0.0):

@@ -10,7 +10,7 @@ ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if h
 PATIENCE = 2
 """Number of requests after which the next one ends the process at once."""
 
-_requests = []
+_requests: list[float] = []
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@ import copy
 import json
 import platform
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,8 @@ class Recorder:
         self._causes, self._smallest_dt = {}, float("inf")
         model = simulation.model
         self._origin = model.lower
-        self._maps, self._moved = None, 0.0
+        self._maps: Any = None
+        self._moved = 0.0
         self._starts = [body.start_time for body in simulation.scene.bodies if body.start_time > 0.0]
         self._obstacles = model.obstacles
         self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)

@@ -96,7 +96,8 @@ class Relay:
 
     def take_over(self, simulation: "Simulation") -> None:
         """Replace the solver of a simulation by that of the next method, with the same snow and clock."""
-        old, switch = simulation.solver, self.next.switch
+        old: Any = simulation.solver
+        switch = self._moments[self.index].switch
         if switch.at_rest == "stays":
             old.remove(at_rest(simulation.particles))
         fields = simulation.particles

@@ -67,7 +67,7 @@ class Simulation(Glance):
     relay: Relay
     solver: Method
     events: list[Any]
-    crack: CrackRecord | None
+    crack: Any
     files: dict[str, str]
     dt: float
     dt_cause: str
@@ -221,7 +221,7 @@ class Simulation(Glance):
     def goes_on_with(self, solver: Method) -> None:
         """Let another solver take over, as the `relay` has made it."""
         self.solver, self._first_dt = solver, None
-        self._audit.follow(solver, self.relay)
+        self._audit.continue_with(solver, self.relay)
 
     @in_turn
     def follow_loads(self) -> None:

@@ -118,12 +118,12 @@ class CrackRecord:
         """After a step."""
         if self._solver.time >= self._row_at + self.interval:
             self._measure()
-        elif self._kind.EACH_STEP and (self._layer.follow() or self._overdue):
+        elif self._kind.EACH_STEP and (self._layer.add_work() or self._overdue):
             self._look_for_arrivals()
 
     def _measure(self):
         self._probe.read()
-        self._layer.follow()
+        self._layer.add_work()
         time, row = self._solver.time, self.rows
         self._row_at = time
         moved, velocity = self._moved(), self._probe.column("velocity", self._slab)

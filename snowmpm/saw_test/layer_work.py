@@ -58,7 +58,7 @@ class ParticleLayer(LayerWork):
     def broken(self):
         return self.damage() >= BROKEN
 
-    def follow(self):
+    def add_work(self):
         """Take in the time since the last call, after the probe was read."""
         power, time = self._stress_power(), self._solver.time
         self.dissipated += 0.5 * (self._power + power) * (time - self._read_at)

@@ -1,6 +1,7 @@
 """Shapes of bodies: inside test, volume, and bounding box."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +28,9 @@ class Shape:
     axes: np.ndarray
     size: np.ndarray
     volume: float
-    contains: object = None
+    contains: Any = None
     facets: np.ndarray | None = None
-    part: object = None
+    part: Any = None
 
 
 def shape_of(spec, dim, base_dir, key):

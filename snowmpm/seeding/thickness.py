@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ class RasterThickness:
 
     path: Path
     key: str
-    system: object = None
+    system: Any = None
 
     @classmethod
     def of(cls, spec, base_dir, key, system):

@@ -1,5 +1,7 @@
 """From a scene to its model: particles on their terrain, obstacles, initial stress."""
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm import components
@@ -69,7 +71,7 @@ def _surface(scene):
 
 def _extent(scene):
     """Plan box [m] of the terrain that is used: of the domain and of the raster's region; None for all of it."""
-    boxes = []
+    boxes: list[tuple[Any, ...]] = []
     if scene.domain and scene.domain.min:
         boxes.append((scene.domain.min[: scene.dimension - 1], scene.domain.max[: scene.dimension - 1]))
     region = scene.terrain and scene.terrain.get("region")

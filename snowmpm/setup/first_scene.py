@@ -2,12 +2,12 @@
 
 import math
 import os
-from types import SimpleNamespace
 
 import numpy as np
 
 from snowmpm.errors import InputError, nearest_file
 from snowmpm.scenes import starts
+from snowmpm.scenes.terrain import Dem, Mesh
 from snowmpm.seeding.lattice import sub_layers
 from snowmpm.seeding.regions import read_regions
 from snowmpm.terrain import load_terrain
@@ -118,7 +118,8 @@ def _load(ground, unit):
         raise InputError(f"--terrain {ground}: no such file{nearest_file(ground)}")
     if unit and kind != "dem":
         raise InputError(f"--elevation-unit {unit}: goes with a raster, .asc or .tif; a mesh is in metres")
-    return load_terrain(SimpleNamespace(kind=kind, file=str(ground.resolve()), elevation_unit=unit), dimension=3), kind
+    table = (Dem if kind == "dem" else Mesh).model_construct(kind=kind, file=str(ground.resolve()), elevation_unit=unit)
+    return load_terrain(table, dimension=3), kind
 
 
 def _relative(path, file):

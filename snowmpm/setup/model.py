@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -39,15 +40,15 @@ class Model:
     obstacles (`components.contract.Component.obstacles`).
     """
 
-    scene: object
-    surface: object
+    scene: Any
+    surface: Any
     lower: np.ndarray
     upper: np.ndarray
     population: Population
     body_starts: np.ndarray
     obstacles: list
     shares: dict = field(default_factory=dict)
-    taken: object = None
+    taken: Any = None
     made: dict = field(default_factory=dict)
     expected: int = 0
     """particles to come, of a method that receives them while the scene runs"""

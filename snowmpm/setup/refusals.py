@@ -1,6 +1,7 @@
 """Refusal of scenes that ask for more than their method can do, from its capabilities."""
 
 from collections.abc import Collection
+from typing import Any
 
 from snowmpm import components
 from snowmpm.errors import InputError
@@ -191,7 +192,8 @@ def _has(scene, name):
 
 def _refuse_beside_components(scene):
     """Raise InputError for a component beside what does not know it, and beside one that has what it needs."""
-    owners, used = {}, components.used(scene)
+    owners: dict[str, Any] = {}
+    used = components.used(scene)
     for component in used:
         found = [f'{name} = "{scene.solver.kernel}"' if name == "solver.kernel" else name
                  for name in component.beside if _has(scene, name)]

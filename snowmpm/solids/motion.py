@@ -1,6 +1,7 @@
 """Motion of an obstacle: position and velocity at any time."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ class Pose:
     centre: np.ndarray
     rotation: np.ndarray
     velocity: np.ndarray
-    omega: object
+    omega: Any
 
 
 class RigidMotion:
@@ -30,7 +31,7 @@ class RigidMotion:
     still: whether it never moves.
     """
 
-    first_velocity = 0.0
+    first_velocity: Any = 0.0
     """of one that forces move, at the start (dim,) [m/s]"""
 
     def __init__(self, centre, course=None):

@@ -3,6 +3,7 @@
 import functools
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class SolidShape:
     origin: np.ndarray
     axes: np.ndarray
     size: np.ndarray
-    surface: object = None
+    surface: Any = None
     reach: float = np.inf
 
     @classmethod

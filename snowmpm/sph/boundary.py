@@ -5,6 +5,7 @@ surfaces have dummies (`sph.dummies`). Where two solids overlap the dummies of t
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -27,11 +28,11 @@ class Surface:
     contact: str
     friction: float = 0.0
     mirror: tuple | None = None
-    obstacle: object = None
-    total: np.ndarray = None
-    moment_on_solid: np.ndarray = None
+    obstacle: Any = None
+    total: Any = None
+    moment_on_solid: Any = None
     work_on_solid: float = 0.0
-    query: object = field(default=None, repr=False)
+    query: Any = field(default=None, repr=False)
 
     @property
     def moving(self):
@@ -81,7 +82,7 @@ class Boundary:
             if self.period is not None and self.period[axis] > 0:
                 lower[axis], upper[axis] = frame.lower[axis], frame.upper[axis]
                 lengths[axis] = upper[axis] - lower[axis]
-        earlier = []
+        earlier: list[Any] = []
         for s, surface in enumerate(self.surfaces):
             if surface.query is None:
                 continue

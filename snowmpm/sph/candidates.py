@@ -4,6 +4,8 @@ Rows come in groups, one a surface; a group may also be seen in the mirror of a 
 for what is made of it.
 """
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm.particles.blocks import EDGE
@@ -48,7 +50,7 @@ def candidates(targets, groups, mirrors, reach):
         reals.append(np.concatenate([sign, offset], axis=1))
         owner.append(block)
 
-    combinations = [[]]
+    combinations: list[list[Any]] = [[]]
     for mirror in mirrors:
         combinations += [[*some, mirror] for some in combinations if all(one[1] != mirror[1] for one in some)]
     for some in combinations:
@@ -73,7 +75,7 @@ def candidates(targets, groups, mirrors, reach):
                     add(near[found], group, number[found], np.tile(step, (found.sum(), 1)), some)
     if not ints:
         return np.zeros(len(targets) + 1, np.int64), np.zeros((0, 4), np.int64), np.zeros((0, 2 * dim))
-    ints, reals, owner = np.concatenate(ints), np.concatenate(reals), np.concatenate(owner)
-    order = np.lexsort((ints[:, BEGIN], ints[:, MIRRORED], ints[:, SURFACE], owner))
-    start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(targets)))])
-    return start, ints[order], reals[order]
+    found, target_of = np.concatenate(ints), np.concatenate(owner)
+    order = np.lexsort((found[:, BEGIN], found[:, MIRRORED], found[:, SURFACE], target_of))
+    start = np.concatenate([[0], np.cumsum(np.bincount(target_of, minlength=len(targets)))])
+    return start, found[order], np.concatenate(reals)[order]

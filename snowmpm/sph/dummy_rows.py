@@ -2,6 +2,7 @@
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.particles.blocks import EDGE, BlockMap
 from snowmpm.sph.candidates import Group
-from snowmpm.sph.dummies import Dummies
 
 PIECE = 65_536
 """Dummies that are written at a time."""
@@ -29,11 +29,11 @@ class Part:
     moving: bool
     begin: int
     count: int
-    dummies: Dummies | None
-    group: Group | None = None
-    body: object = None
+    dummies: Any
+    group: Any = None
+    body: Any = None
     """positions (dim) [cells], normals (dim), depth [cells], volume [cells] of each, on the solid"""
-    owner_block: object = None
+    owner_block: Any = None
     """block of each (dim)"""
 
 

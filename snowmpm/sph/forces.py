@@ -1,6 +1,7 @@
 """The sum of forces as a scheme wants it: its kernel, and the sums of what surfaces and loads give in it."""
 
 import math
+from typing import Any
 
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.sph.momentum import momentum_kernel
@@ -31,7 +32,7 @@ class Forces:
             KERNELS[scheme.kernel].reach * scheme.smoothing, scheme.lengths, scheme.momentum,
             power(scheme, layout.dim) if layout.tension else 1.0, scheme.walls, scheme.barrier,
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0, serial)
-        self._tallies = None
+        self._tallies: Any = None
 
     def begin(self, blocks, loaded):
         """Room for the sums of new packs. blocks: `BlockMap` of the particles; loaded: whether there are loads."""

@@ -5,6 +5,7 @@ excursion from the mean velocity of all, which brings no two of them closer, sum
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -29,8 +30,10 @@ class Neighbourhood:
         self._boundary, self._width, self._reach = boundary, width, radius + SKIN
         self.lists, self.dummy_lists = (NeighbourLists(boundary.dim, precision, width) for _ in range(2))
         self._rows, self._short = rows, ShortLists(rows.layout, precision, width, radius, SKIN)
-        self.packs = self.dummy_packs = None
-        self._closed_in, self._built = math.inf, None
+        self.packs: Any = None
+        self.dummy_packs: Any = None
+        self._closed_in = math.inf
+        self._built: Any = None
         self._move_with(np.zeros(boundary.dim), 0.0)
 
     @property

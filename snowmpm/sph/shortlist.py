@@ -8,7 +8,7 @@ the short list leaves out lies beyond the support and adds zeros. So checkpoints
 
 import functools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -52,7 +52,8 @@ class ShortLists:
         lists reach."""
         self._cut = cut_kernel(layout, DTYPES[precision][0], width)
         self._radius, self._skin = radius, skin
-        self._arrays, self._left, self._way = (), -math.inf, math.inf
+        self._arrays: tuple[Any, ...] = ()
+        self._left, self._way = -math.inf, math.inf
 
     def forget(self):
         """The lists were made anew."""
@@ -72,13 +73,13 @@ class ShortLists:
             reach = LASTING * self._way
             if not reach < WORTH * self._skin:
                 return lists.arguments
-            self._follow(lists)
+            self._update(lists)
             self._cut(packs.table, rows.source, Lists(*lists.arguments), Kept(*self._arrays),
                       (self._radius + reach) ** 2, packs.n, packs.chunk_bounds)
             self._left = reach
         return *self._arrays, *lists.arguments[3:]
 
-    def _follow(self, lists):
+    def _update(self, lists):
         """Make room for as much as the lists hold."""
         whole = lists.arguments[:3]
         if not self._arrays or any(a.shape != b.shape for a, b in zip(self._arrays, whole, strict=True)):

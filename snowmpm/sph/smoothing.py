@@ -11,6 +11,7 @@ by that.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -77,8 +78,8 @@ class Smoothing:
     of its support, H / h."""
 
     constants: dict
-    w: object
-    slope: object
+    w: Any
+    slope: Any
     reach: float = 2.0
 
     def weight(self, r, radius, dim):

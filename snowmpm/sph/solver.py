@@ -10,6 +10,7 @@ advanced from the same level, which is forward Euler and blows up.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -117,7 +118,7 @@ class SphSolver(Solver, Severing, Damped):
             for moved in (False, True)])
         self._operators = Operators(self.rows, self._near, dummies.first_row, self.precision, *smoothing)
         self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
-        self._reports = None
+        self._reports: Any = None
 
     # ---- the step ---------------------------------------------------------------------------------------------
 

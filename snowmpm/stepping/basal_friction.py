@@ -138,7 +138,8 @@ class BasalFriction:
     def restore(self, state, store):
         """Take over a `state()`, that of the particles in `store` as they are now."""
         self.coefficients = real_array(np.array(state["coefficients"], float))
-        self.window, self._moved = tuple(int(v) for v in state["window"]), float(state["moved"])
+        first_x, first_y, nx, ny = (int(v) for v in state["window"])
+        self.window, self._moved = (first_x, first_y, nx, ny), float(state["moved"])
         self._changes = store.changes
 
     def _compute(self, store):

@@ -1,12 +1,14 @@
 """What methods of particles among surfaces share: a clock, totals, loads, settling, limits of a step, their state."""
 
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
+from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import (
     Affine,
@@ -44,7 +46,22 @@ class Solver(Method, TakesLoads, Removes, PushesObstacles, Affine, Forecasts):
     `scheme_name`, then calls `_begin`.
     """
 
-    usual_cfl = breaking_cfl = advective_cfl = None
+    particles: SortedParticles
+    dim: int
+    dx: float
+    precision: str
+    surfaces: Any
+    cfl: float
+    critical_cfl: float
+    scheme_name: str
+    contact_work: Any
+    """[J]; a number, or a property that adds up"""
+    _pushing_speed: Any
+    """of the fastest obstacle [m/s]"""
+    damping_factor: float
+    usual_cfl: Any = None
+    breaking_cfl: Any = None
+    advective_cfl: float | None = None
     """None of a method whose steps do not follow the state."""
 
     BAD = ""
@@ -253,6 +270,8 @@ class Solver(Method, TakesLoads, Removes, PushesObstacles, Affine, Forecasts):
 class Severing(Severs):
     """Of a `Solver` whose particles have bonds."""
 
+    particles: SortedParticles
+
     def sever(self, line, radius, numbers, state):
         """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan: no
         stress, and the law's severed `state`; -> how many."""
@@ -261,6 +280,9 @@ class Severing(Severs):
 
 class Damped(Settles):
     """Of a `Solver` that comes to rest by damped steps."""
+
+    damping_factor: float
+    DAMPED_IMPULSE: bool
 
     def damp(self, kept):
         """Keep the share `kept` of all velocities in each step from now on; 1 ends it. -> the share of the impulses of

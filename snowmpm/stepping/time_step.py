@@ -153,5 +153,5 @@ def stable_step(dx, elastic, advective, wave_speed, extremes):
         "advective": advective * dx / extremes.speed if extremes.speed > 0.0 else math.inf,
         "deformation": DEFORMATION_LIMIT / extremes.gradient if extremes.gradient > 0.0 else math.inf,
     }
-    cause = min(limits, key=limits.get)
+    cause = min(limits, key=lambda name: limits[name])
     return limits[cause], cause

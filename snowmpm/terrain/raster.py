@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ class Raster:
     x: np.ndarray
     y: np.ndarray
     z: np.ndarray
-    system: object = None
+    system: Any = None
 
     def lattice(self):
         """A corner of the cells (2,), and their side [m]; None where they are not square."""

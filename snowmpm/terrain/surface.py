@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ class TerrainSurface:
     vertices: np.ndarray
     facets: np.ndarray
     closed: bool = False
-    system: object = None
+    system: Any = None
     lattice: tuple | None = None
 
     @classmethod

@@ -50,7 +50,7 @@ def but_for(exceptions):
 def test_interfaces_and_lengths_are_in_the_table():
     """In the plane and in space."""
     budgets = [budget_of_row(row) for row in CHOICES]
-    assert {one.facts.dim for one in budgets if "interface_layer" in one.crowd.components} == {2, 3}
+    assert {one.facts.dim for one in budgets if "interface_layer" in one.step_load.components} == {2, 3}
     assert {one.facts.dim for one in budgets if one.scheme.lengths == "mean"} == {2, 3}
 
 

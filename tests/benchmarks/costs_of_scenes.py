@@ -40,29 +40,29 @@ def in_scenes():
     found = fitted(runs, lambda run: run.ns("scatter", "gather"), {
         "call": lambda run: 1.0,
         **{("bulk", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.bulk for dim in (2, 3)},
-        **{("home block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.blocks for dim in (2, 3)},
-        **{("more", dim, "aflip"): lambda run, dim=dim: (run.dim == dim) * run.flip * run.crowd.n for dim in (2, 3)}})
+        **{("home block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.load.blocks for dim in (2, 3)},
+        **{("more", dim, "aflip"): lambda run, dim=dim: (run.dim == dim) * run.flip * run.load.n for dim in (2, 3)}})
     del found["call"]
     found |= fitted(runs, lambda run: run.ns("grid"), {
         "call": lambda run: 1.0,
         **{("node block", dim, name): lambda run, dim=dim, flip=flip: (run.dim == dim and run.flip == flip)
-           * run.crowd.node_blocks for dim in (2, 3) for name, flip in (("apic", False), ("flip", True))},
-        **{("carried", dim): lambda run, dim=dim: (run.dim == dim) * run.crowd.moving for dim in (2, 3)}})
+           * run.load.node_blocks for dim in (2, 3) for name, flip in (("apic", False), ("flip", True))},
+        **{("carried", dim): lambda run, dim=dim: (run.dim == dim) * run.load.moving for dim in (2, 3)}})
     del found["call"]
     carried = {dim: found.pop(("carried", dim)) for dim in (2, 3)}
     found |= fitted(runs, lambda run: run.ns("contact"), {
-        "surface": lambda run: run.crowd.surfaces, "strong": lambda run: pieces(run.crowd, "strong segment"),
-        **{("moving", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.moving for dim in (2, 3)},
-        **{("contact block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.contact_blocks
+        "surface": lambda run: run.load.surfaces, "strong": lambda run: pieces(run.load, "strong segment"),
+        **{("moving", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.load.moving for dim in (2, 3)},
+        **{("contact block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.load.contact_blocks
            for dim in (2, 3)}})
     for dim in (2, 3):
         found["moving", dim, ""] += carried[dim]
     found |= fitted(runs, lambda run: run.ns("rest"), {
         "call": lambda run: 1.0, "watched": lambda run: run.watched,
-        "free": lambda run: (run.dim == 2) * bodies(run.crowd),
-        "segment": lambda run: pieces(run.crowd, "segment", "element")})
+        "free": lambda run: (run.dim == 2) * bodies(run.load),
+        "segment": lambda run: pieces(run.load, "segment", "element")})
     del found["call"]
-    calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
+    calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.load.n < SMALL])
     for dim in (2, 3):
         for (what, of, name), ns in ((key, ns) for key, ns in found.items() if isinstance(key, tuple)):
             if of == dim:
@@ -70,25 +70,25 @@ def in_scenes():
         for method in ("mpm", "sph"):
             yield f"{method} rigid_bodies", dim, "f32", "body", found["free"] * (1.0 if dim == 2 else stacks())
             yield f"{method} structures", dim, "f32", "segment", found["segment"]
-            if any(pieces(run.crowd, "strong segment") for run in runs):
+            if any(pieces(run.load, "strong segment") for run in runs):
                 yield f"{method} structures", dim, "f32", "strong segment", found["strong"]
         for what in ("surface", "watched"):
             yield what, dim, "f32", "", found[what]
         yield "more", dim, "f32", "flip", found["more", dim, "aflip"]
         own = [run for run in runs if run.dim == dim]
-        yield "sort", dim, "f32", "", np.median([run.ns("sort") / run.crowd.n for run in own])
+        yield "sort", dim, "f32", "", np.median([run.ns("sort") / run.load.n for run in own])
         yield "call", dim, "f32", "mpm", calls
         yield "call", dim, "f32", "sph", calls
         written = [run for run in own if run.frames]
         parts = fitted(written, lambda run: run.ns("output", a="frames"), {
-            "fixed": lambda run: 1.0, "audit": lambda run: run.crowd.n})
+            "fixed": lambda run: 1.0, "audit": lambda run: run.load.n})
         yield "frame", dim, "f32", "fixed", parts["fixed"]
         yield "frame", dim, "f32", "audit", parts["audit"]
         yield "frame", dim, "f32", "number", 0.0
         if dim == 3:
             yield "frame", dim, "f32", "depth", np.median([run.ns("output", a="frames") for run in columns])
         begun = fitted(own, lambda run: 1e9 * run.start / run.slow, {
-            "fixed": lambda run: 1.0, "particle": lambda run: run.crowd.n})
+            "fixed": lambda run: 1.0, "particle": lambda run: run.load.n})
         yield "start", dim, "f32", "fixed", begun["fixed"]
         yield "start", dim, "f32", "particle", begun["particle"]
 
@@ -101,36 +101,36 @@ class Run:
         model = build(scene)
         budget = Budget(SceneFacts(scene, model, model.solver()))
         self.method = METHODS[scene.solver.method].capabilities
-        self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, TRANSFERS[scene.solver.transfer].flip
+        self.dim, self.load, self.flip = scene.dimension, budget.step_load, TRANSFERS[scene.solver.transfer].flip
         self.watched = float(bool(model.obstacles))
         plain = replace(budget.scheme, transfer="apic")
-        self.bulk = costs.bulk(plain, budget.crowd)
+        self.bulk = costs.bulk(plain, budget.step_load)
         self.row = {key: float(value) for key, value in row.items() if key not in TEXTS}
         self.vector, self.python, self.slow = self.row["vector"], self.row["python"], 1.0
         self.frames, self.start = self.row["frames"], self.row["start"]
 
     def without_calls(self, found):
         """ns of a step by the costs found, but for calls of kernels: what is left over in small scenes."""
-        dim, crowd, flip = self.dim, self.crowd, "flip" if self.flip else "apic"
-        return (found["bulk", dim, ""] * self.bulk + found["home block", dim, ""] * crowd.blocks
-                + self.flip * found["more", dim, "aflip"] * crowd.n + found["node block", dim, flip] * crowd.node_blocks
-                + found["contact block", dim, ""] * crowd.contact_blocks + found["surface"] * crowd.surfaces
-                + found["moving", dim, ""] * crowd.moving + found["watched"] * self.watched + self.ns("sort")
-                + found["free"] * bodies(crowd) * (dim == 2) + found["segment"] * pieces(crowd, "segment", "element"))
+        dim, load, flip = self.dim, self.load, "flip" if self.flip else "apic"
+        return (found["bulk", dim, ""] * self.bulk + found["home block", dim, ""] * load.blocks
+                + self.flip * found["more", dim, "aflip"] * load.n + found["node block", dim, flip] * load.node_blocks
+                + found["contact block", dim, ""] * load.contact_blocks + found["surface"] * load.surfaces
+                + found["moving", dim, ""] * load.moving + found["watched"] * self.watched + self.ns("sort")
+                + found["free"] * bodies(load) * (dim == 2) + found["segment"] * pieces(load, "segment", "element"))
 
     def ns(self, *stages, a="steps"):
         """Of some stages a step, or `a` frame."""
         return 1e9 * sum(self.row[stage] for stage in stages) / self.row[a] / self.slow
 
 
-def bodies(crowd):
+def bodies(load):
     """Rigid bodies with mass of a scene."""
-    return crowd.components.get("rigid_bodies", {}).get("body", 0)
+    return load.components.get("rigid_bodies", {}).get("body", 0)
 
 
-def pieces(crowd, *names):
+def pieces(load, *names):
     """Pieces of structures of a scene, of these kinds together."""
-    work = crowd.components.get("structures", {})
+    work = load.components.get("structures", {})
     return sum(work.get(name, 0) for name in names)
 
 

@@ -76,7 +76,7 @@ def test_drawing_takes_its_share_of_the_time_and_no_more(tmp_path, monkeypatch):
 
     monkeypatch.setattr(live.LivePicture, "look", look)
     news = Said(3)
-    live.follow(tmp_path, tmp_path / "live.html", "busy", news)
+    live.draw_while_running(tmp_path, tmp_path / "live.html", "busy", news)
     assert news.waits[0] == 0.0 and all(wait >= 0.06 / live.SHARE for wait in news.waits[1:])
 
 

@@ -45,14 +45,14 @@ def solved(slope, tilt, velocity=0.0, contact="separate", **options):
 def test_a_block_rests_below_the_friction_angle(degrees, contact):
     """Ground and weight are in balance, and each line keeps Coulomb's law, though part of them slid on the way."""
     plane, solver = solved(np.radians(degrees), 0.3, contact=contact, time="quasi_static")
-    march, solve, seen = solver.march, solver.march._balanced, []
+    step_solver, solve, seen = solver.step_solver, solver.step_solver._balanced, []
 
     def watched(touch, *given):
         found = solve(touch, *given)
         seen.append((touch.forces(found[0].trial.full), touch))
         return found
 
-    march._balanced = watched
+    step_solver._balanced = watched
     solver.step(1.0)
     F, touch = seen[-1]
     weight = solver.particles.mass * G

@@ -13,6 +13,7 @@ from snowmpm.io.geotiff import write_geotiff
 from snowmpm.running.recorder import map_origin
 from snowmpm.terrain.raster import system_of
 from snowmpm.terrain.reference_system import ReferenceSystem
+from tests.support.tables import Table
 
 VALUES = np.arange(12.0).reshape(3, 4)
 ORIGIN = np.array([247000.0, 352000.0, 1200.0])
@@ -52,8 +53,8 @@ def test_system_of_a_scene(tmp_path):
     """That of the terrain; of a terrain that names none, that of the first release file that does."""
     (tmp_path / "dem.asc").write_text("")
     (tmp_path / "release.shp").write_text("")
-    layer = SimpleNamespace(shape=SimpleNamespace(region=SimpleNamespace(file="release.shp")))
-    scene = SimpleNamespace(base_dir=tmp_path, terrain=SimpleNamespace(kind="dem", file="dem.asc"), bodies=[layer])
+    layer = SimpleNamespace(shape=Table(region=Table(file="release.shp")))
+    scene = SimpleNamespace(base_dir=tmp_path, terrain=Table(kind="dem", file="dem.asc"), bodies=[layer])
     assert map_origin(scene) == {"crs": None}
     (tmp_path / "release.prj").write_text(pyproj.CRS(31287).to_wkt("WKT1_ESRI"))
     assert "Austria Lambert" in map_origin(scene)["crs"]

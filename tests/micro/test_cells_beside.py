@@ -38,9 +38,9 @@ def test_a_deformation_is_a_turn_of_a_triangle():
 def test_a_turned_cell_has_the_turned_stress(sample):
     F = np.array([[1.0, 4e-4], [0.0, 1.0 - 1e-3]])
     straight, turned = CellPoint(sample), CellPoint(sample)
-    stress = straight.follow(F)[PLANE]
-    turned.follow(turn(0.7))
-    np.testing.assert_allclose(turned.follow(turn(0.7) @ F)[PLANE], turn(0.7) @ stress @ turn(0.7).T,
+    stress = straight.deform(F)[PLANE]
+    turned.deform(turn(0.7))
+    np.testing.assert_allclose(turned.deform(turn(0.7) @ F)[PLANE], turn(0.7) @ stress @ turn(0.7).T,
                                atol=1e-6 * np.abs(stress).max())
 
 
@@ -48,7 +48,7 @@ def test_a_cell_follows_as_in_a_test(sample):
     """Within the swings of its grains, whatever the pieces of the path are."""
     curve, point = jump_path(sample, [(-2e-3, 1e-3)], "closing"), CellPoint(sample)
     for share in np.linspace(0.05, 1.0, 20):
-        stress = point.follow(np.eye(2) + share * np.array([[0.0, 1e-3], [0.0, -2e-3]]))
+        stress = point.deform(np.eye(2) + share * np.array([[0.0, 1e-3], [0.0, -2e-3]]))
     np.testing.assert_allclose(stress, curve.stress[-1], atol=0.02 * np.abs(curve.stress).max())
 
 

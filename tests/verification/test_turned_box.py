@@ -62,11 +62,11 @@ def settled(*degrees):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="lines of walls that meet are not held together: the top is 3.5 and 7.1 % off,"
-                                       " the stress half a cell from the walls 19 and 44 % of the pressure")
 @pytest.mark.parametrize("degrees", [(30, 0), (30, 25)])
 def test_turned_box(degrees):
-    """64 particles a cell."""
+    """64 particles a cell. Without what holds the lines of its walls together (`joined_contact`) the top is 3.5 and
+    7.1 % off, the stress half a cell from the walls 19 and 44 % of the pressure. Single particles in corners of three
+    walls stay off by up to 0.10 and 1.9 of it."""
     top, off, inside = settled(*degrees)
     print(degrees, top, off.max(), off[inside > 0.5].max(), off[inside > 1.0].max(), np.sqrt((off**2).mean()))
     assert abs(top) < 0.01

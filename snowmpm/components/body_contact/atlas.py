@@ -59,8 +59,8 @@ def parting_lost(gap, separate, **scheme):
 def contact_stress(offset, separate=True, **scheme):
     """Largest error of the stress within a cell of the contact of two equal layers of 4 cells, which lies `offset`
     [cells] from a node."""
-    scheme = Scheme(**{"transfer": "apic", **scheme})
-    states, _ = stack([(4.0, SOFT), (4.0, SOFT)], scheme, offset, parted=frictionless() if separate else None)
+    chosen = Scheme(**{"transfer": "apic", **scheme})
+    states, _ = stack([(4.0, SOFT), (4.0, SOFT)], chosen, offset, parted=frictionless() if separate else None)
     z = states.reference[:, 1] / CELL - offset
     exact, near = -SOFT.density * G * CELL * (8.0 - z), np.abs(z - 4.0) < 1.0
     return np.abs(states.column("stress")[near, 1] / exact[near] - 1.0).max()

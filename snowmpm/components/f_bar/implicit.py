@@ -23,7 +23,7 @@ The matrix has, beside the tangent of each particle, products of rows of a cell,
 import numpy as np
 from scipy import sparse
 
-from snowmpm.implicit.balance import Strain
+from snowmpm.implicit.kernel_api import Strain
 from snowmpm.stepping.component import Adapter
 
 

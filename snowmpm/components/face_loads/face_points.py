@@ -50,7 +50,7 @@ class FacePoints:
         """a (n, dim) after a deformation by f = I + A, A (n, dim, dim)."""
         return np.einsum("nij,nj->ni", cofactors(A), self.area)
 
-    def follow(self, A, way):
+    def move_with(self, A, way):
         """Move with f = I + A, A (n, dim, dim), by `way` (n, dim) [m]."""
         self.arm = self.arm + np.einsum("nij,nj->ni", A, self.arm)
         self.area = self.areas_after(A)

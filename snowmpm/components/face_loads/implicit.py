@@ -16,7 +16,7 @@ from scipy import sparse
 
 from snowmpm.components.face_loads.faces import OfFaces
 from snowmpm.components.face_loads.from_scene import faces_of
-from snowmpm.implicit.balance import Term, turned
+from snowmpm.implicit.kernel_api import Term, turned
 
 
 def adapter(model):
@@ -33,7 +33,7 @@ class FaceLoads(OfFaces):
 
 
 class FaceTerm(Term):
-    """The `Faces` of a step that ends at `time` [s], for the particles of a `Matter`."""
+    """The `Faces` of a step that ends at `time` [s], for the particles of a `MaterialPoints`."""
 
     def __init__(self, faces, matter, time):
         self.faces, points = faces, faces.points
@@ -104,5 +104,5 @@ class FaceTerm(Term):
         those at its end for `late` [s]; -> impulse (dim,) [N s]."""
         points, forces, way = self.faces.points, self._forces(u), self._N @ u
         impulse = self.faces.close(forces, early, late, way)
-        points.follow(self._deformed(u), way)
+        points.move_with(self._deformed(u), way)
         return impulse

@@ -55,7 +55,7 @@ class FaceLoads(OfFaces):
         A = dt * after[:, dim:].reshape(-1, dim, dim)
         way = dx * (after[:, :dim] - self._before[:, :dim]) + np.einsum("nij,nj->ni", A, points.arm)
         A[~self._there], way[~self._there] = 0.0, 0.0
-        points.follow(A, way)
+        points.move_with(A, way)
         self.faces.book(self._forces, dt, self._pushed, way)
 
     def limit_dt(self, dt, critical, elastic):

@@ -1,6 +1,7 @@
 """Water and grains of a depth-averaged flow with columns of their own."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ class TwoPhaseWater(FlowWater):
 
     grain_density: float
     porosity: np.ndarray
-    drag: object
+    drag: Any
 
     @classmethod
     def of(cls, porosity, grain_density, drag, *, density, consolidation, excess, layers, drained, gravity):

@@ -117,7 +117,8 @@ class Forcing(Adapter):
         of velocities."""
         store, dim = solver.particles, solver.dim
         rows = self._read(solver)
-        x, v, volume, ratio = store.positions(rows[:, :dim]), rows[:, dim : 2 * dim] / damping_factor, *rows[:, -2:].T
+        x, v = store.positions(rows[:, :dim]), rows[:, dim : 2 * dim] / damping_factor
+        volume, ratio = rows[:, -2:].T
         density = store.densities()
         number = store.identity.to_numpy()[: store.count]
         acceleration, pressure = np.zeros(x.shape), np.zeros(len(x))

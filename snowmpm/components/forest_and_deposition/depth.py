@@ -1,6 +1,7 @@
 """Trees, and snow that stops, in a depth-averaged flow."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,8 @@ class Stopping(Adapter):
 
     def __init__(self, forest=None, time=None):
         self._forest, self._time = forest, time
-        self._trees = self.deposit = None
+        self._trees: Any = None
+        self.deposit: Any = None
 
     def friction(self, law, numbers, grid):
         """The law with the drag of the trees, where they have some."""

@@ -1,7 +1,8 @@
 """A law of friction with the drag of trees."""
 
 import functools
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from snowmpm.compiler import ti
 from snowmpm.ground.law import FrictionLaw
@@ -19,7 +20,7 @@ def with_drag(law: type[FrictionLaw]) -> Any:
     class WithDrag:
         """What kernels ask of a law of friction."""
 
-        PARAMETERS = NamedTuple("PARAMETERS", [*((name, float) for name in fields), ("forest_drag", float)])
+        PARAMETERS = namedtuple("PARAMETERS", [*fields, "forest_drag"])
         WEAKENS = law.WEAKENS
 
         @staticmethod

@@ -47,13 +47,13 @@ class Points(NamedTuple):
 
 
 @functools.cache
-def follow_kernel(layout, real, serial):
+def work_kernel(layout, real, serial):
     """Kernel that takes the step of all points into the rows."""
     dim, sym_size, state_size = layout.dim, layout.sym_size, layout.state_size
     access, at, entry, mark, n_own = accessors(layout), layout.offsets, entries(dim), CUT * dim, size(dim)
 
     @grouped_kernel(real)
-    def follow(store: Tables, points: Points, n_blocks: int):
+    def add_up(store: Tables, points: Points, n_blocks: int):
         ti.loop_config(serialize=ti.static(serial))
         for b in range(n_blocks):
             places = access.places(store.reals, store.slot_offset)
@@ -82,7 +82,7 @@ def follow_kernel(layout, real, serial):
                     points.cut[row], points.there[row] = own[mark], 1
                     points.changed[row] = ti.cast(new and points.waiting[row] != 0, ti.i32)
 
-    return follow
+    return add_up
 
 
 class PointProbe:
@@ -107,20 +107,20 @@ class PointProbe:
         self.stress, self.state = (np.zeros((n, size), real) for size in (layout.sym_size, layout.state_size))
         self.cut, self.load, self.work = np.zeros(n, real), np.zeros((n, 2 * layout.dim)), np.zeros(n)
         self._count = -1
-        self.follow()
+        self.add_work()
         self.work[:] = 0.0
 
     @property
     def there(self):
         return self._there > 0
 
-    def follow(self):
+    def add_work(self):
         """Take in what has happened since the last call."""
         store = self._store
         if store.count != self._count:
             self._there[:], self._count = 0, store.count
         with runtime.precision(store.precision):
-            follow_kernel(store.layout, runtime.DTYPES[store.precision][0], self._serial)(
+            work_kernel(store.layout, runtime.DTYPES[store.precision][0], self._serial)(
                 Tables(store.reals, store.slot_offset, store.identity, store.start),
                 Points(self._row_of, self._there, self.stress, self.state, self.cut, self.load, self.work, self.waiting,
                        self.changed), len(store.blocks))

@@ -74,9 +74,9 @@ class PointLayer(LayerWork):
         """points (n,): those that shall be `broken` from now on when they are."""
         self._probe.waiting[:] = points
 
-    def follow(self):
+    def add_work(self):
         """Take in the step; -> whether some of the points that are waited for have broken in it."""
-        self._probe.follow()
+        self._probe.add_work()
         changed = np.flatnonzero(self._probe.changed)
         if not len(changed):
             return False

@@ -15,6 +15,8 @@ the plane, is 1/l there, within 1 % wherever the plane lies.
 Sums are those of whole numbers, which do not depend on their order: results are the same for any number of threads.
 """
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm.compiler import ti
@@ -51,9 +53,9 @@ class Lattice:
         # Volumes of a node add up to that of its share of space, four times that where particles crowd
         room = np.prod(1.0 / self._per_cell) + 1.0
         self.per_volume = 2.0 ** np.floor(BITS - 4 * dim - np.log2(8.0 * room)) / particles.dx**dim
-        self._sums = ()
+        self._sums: tuple[Any, ...] = ()
 
-    def follow(self, blocks, edge):
+    def rebuild(self, blocks, edge):
         """Cover the blocks there are. Raises InputError for more nodes than can be."""
         low, high = edge * blocks.coordinates.min(axis=0), edge * (blocks.coordinates.max(axis=0) + 1)
         first, last = (np.floor(cells * self._per_cell).astype(int) for cells in (low - MARGIN, high + MARGIN))
@@ -107,12 +109,12 @@ class FadingAverage(Adapter):
         self._lattices = [Lattice(solver.particles, length, self._lengths == length)
                           for length in sorted({*self._lengths.tolist()} - {0.0})]
         self._most, self._kept, self._blocks = np.zeros(1), None, None
-        self._follow()
+        self._rebuild()
 
     def before_gather(self, dt):
         """Before the laws of a step: remember what their variable is."""
         store = self._particles
-        self._follow()
+        self._rebuild()
         if self._kept is None or self._kept.shape[0] < store.count:
             self._kept = ti.ndarray(self._real, (max(1, store.capacity),))
         self._kernels.remember(self._rows, self._kept, store.count)
@@ -135,12 +137,12 @@ class FadingAverage(Adapter):
         store = self._particles
         return Rows(store.reals, store.slot_offset, store.material, store.start, store.coordinates, store.chunk_bounds)
 
-    def _follow(self):
+    def _rebuild(self):
         blocks = self._particles.blocks
         if blocks is not self._blocks and len(blocks):
             self._blocks = blocks
             for lattice in self._lattices:
-                lattice.follow(blocks, EDGE[self._particles.dim])
+                lattice.rebuild(blocks, EDGE[self._particles.dim])
 
     @property
     def bytes(self):

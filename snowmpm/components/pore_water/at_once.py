@@ -16,12 +16,12 @@ skeleton answers less than that, and it is slow (Nøst 2019, section 6.5).
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from snowmpm.implicit.balance import ROUND_OFF, Balance, turned
-from snowmpm.implicit.newton import NotConverged, Solved, solve
+from snowmpm.implicit.kernel_api import ROUND_OFF, Balance, NotConverged, Solved, solve, turned
 
 FLED = 1e3
 """Times the first residual, beyond which passes lead away."""
@@ -31,7 +31,7 @@ FLED = 1e3
 class Both:
     """What holds displacements and pressures: T of `held.Held`, and the cells' own."""
 
-    held: object
+    held: Any
     n_cells: int
 
     def __post_init__(self):
@@ -120,7 +120,8 @@ def solve_in_turn(balance, linear, rules, coupling, pores, start):
     added = coupling.alpha * pores.bulk / modulus
     if start.any():
         trial = balance.at(start)
-    noise, first, residuals = ROUND_OFF * np.linalg.norm(pores.content), 0.0, []
+    noise, first = ROUND_OFF * float(np.linalg.norm(pores.content)), 0.0
+    residuals: list[Any] = []
     for passes in range(coupling.passes + 1):
         left = float(np.linalg.norm(pores.residual(p, trial.after.ratio)))
         first = max(first, left) if passes < 2 else first  # a load comes in with the skeleton's first answer

@@ -1,5 +1,7 @@
 """From the table `[water]` of a scene to the water in its particles."""
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm.components.pore_water.flow import Fluid
@@ -51,7 +53,7 @@ def _permeability(model):
     path = existing(value.file, scene.base_dir, key)
     system = model.surface.system if model.surface else None
 
-    last = []
+    last: list[Any] = []
 
     def of_raster(places, porosity):
         if last and np.array_equal(last[0], places):

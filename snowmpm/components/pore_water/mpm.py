@@ -14,4 +14,5 @@ def adapter(model):
     """`PoreWater` of a `Model`."""
     spec, solver = model.scene.water, model.scene.solver
     share = SHARE[solver.gradient, TRANSFERS[solver.transfer].affine] if spec.split == "semi_implicit" else 0.0
-    return filled(model, PoreWater(*parts(model), share, shorten=solver.cfl is None))
+    fluid, permeability, outlets = parts(model)
+    return filled(model, PoreWater(fluid, permeability, outlets, share, shorten=solver.cfl is None))

@@ -15,7 +15,7 @@ from snowmpm.water.particle_kernels import MASS, PRESSURE, SOLID
 
 
 class Pores:
-    """matter: `Matter` with water; cells: `MaterialCells` of it; water: `solved.SolvedWater`; dt [s].
+    """matter: `MaterialPoints` with water; cells: `MaterialCells` of it; water: `solved.SolvedWater`; dt [s].
 
     content (cells,): W [m3]; start (cells,): pressure at the start [Pa]."""
 

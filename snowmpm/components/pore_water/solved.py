@@ -31,7 +31,7 @@ class Coupling:
 
 class SolvedWater(FilledPores):
     """`FilledPores` that are part of the equations of a step; coupling: `Coupling`; equations: (solver, water) ->
-    `implicit.march.March` of both.
+    `implicit.step_solver.StepSolver` of both.
 
     passes: of the coupling in the last step."""
 
@@ -42,7 +42,7 @@ class SolvedWater(FilledPores):
     def begin(self, solver):
         """Take the solver, at time zero, and let it solve for the pressure too."""
         super().begin(solver)
-        solver.march = self._equations(solver, self)
+        solver.step_solver = self._equations(solver, self)
 
     def end_step(self, dt):
         """After a step: mass and what laws know of the water."""

@@ -97,7 +97,7 @@ class Exchange:
                 return True
             if not self.windows.ahead:
                 for external, names, *mesh in self._meshes:
-                    external.follow(self._read(names, "displacement", mesh, 0.0), size,
+                    external.take_displacement(self._read(names, "displacement", mesh, 0.0), size,
                                     self._read(names, "velocity", mesh, 0.0))
             if not self._participant.is_coupling_ongoing():
                 self._participant.finalize()

@@ -64,7 +64,7 @@ class External:
         self.x[:] = self.start + displacement
         self.v[:] = self.drift[:] = velocity
 
-    def follow(self, displacement, window, velocity=None):
+    def take_displacement(self, displacement, window, velocity=None):
         """`place` after a window of this length [s]; velocity: that from the last answer to this one when missing."""
         self.place(displacement, (displacement - self.answered) / window if velocity is None else velocity)
 

@@ -26,7 +26,7 @@ def stack(blocks, ratio, dim=2):
             "bodies": [{"name": "snow", "material": "snow", "shape": box}],
             "obstacles": [{"name": "block", "shape": place,
                            "free": {"density": ratio * 1e3 if i == blocks - 1 else 1e3}}]}).obstacles[0]
-        block = Obstacle.of(spec, dim, moved=lambda shape, spec=spec: FreeMotion.of(spec.free, shape))
+        block = Obstacle.of(spec, dim, moved=lambda shape, spec=spec: FreeMotion.of_shape(spec.free, shape))
         made.append(Body(i, block, 0.5))
     world = World(made, ground=lambda x: (x[:, -1], np.tile(np.eye(dim)[-1], (len(x), 1))))
     world.begin()

@@ -42,9 +42,9 @@ class Body:
         else:
             area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
                                         axis=1).sum()
-        mass, matter = density * area * HELD * dx, self.motion.matter
+        mass, own = density * area * HELD * dx, self.motion.mass_properties
         # Of a shell: a third of the square of its largest radius, for what is long
-        return mass / matter.mass, mass * self.radius**2 / 3.0 / float(np.linalg.eigvalsh(matter.inertia)[0])
+        return mass / own.mass, mass * self.radius**2 / 3.0 / float(np.linalg.eigvalsh(own.inertia)[0])
 
     @property
     def probes(self):
@@ -61,17 +61,17 @@ class Body:
         """A bound of the speed of its points [m/s]."""
         return float(np.linalg.norm(self.motion.velocity) + np.linalg.norm(self.motion.omega) * self.radius)
 
-    def follow(self, gain, gravity, dt):
+    def advance(self, gain, gravity, dt):
         """Take what the snow gave (dim + 1 or 3,), and the weight of a step."""
         motion, dim = self.motion, len(gravity)
-        motion.velocity = motion.velocity + gain[:dim] / motion.matter.mass + dt * gravity
+        motion.velocity = motion.velocity + gain[:dim] / motion.mass_properties.mass + dt * gravity
         motion.spin = motion.spin + gain[dim:]
-        self.impulse += gain[:dim] + motion.matter.mass * dt * gravity
+        self.impulse += gain[:dim] + motion.mass_properties.mass * dt * gravity
 
     def push(self, impulse, moment):
         """Take an impulse (dim,) [N s] and its moment about the centre [N m s]."""
         motion = self.motion
-        motion.velocity = motion.velocity + impulse / motion.matter.mass
+        motion.velocity = motion.velocity + impulse / motion.mass_properties.mass
         motion.spin = motion.spin + moment
         self.impulse += impulse
 
@@ -83,7 +83,8 @@ class Body:
     def residual(self):
         """M (v - v_start) less the impulses taken (dim,) [N s], and the size of both."""
         motion = self.motion
-        mass, gained = motion.matter.mass, motion.matter.mass * (motion.velocity - motion.first_velocity)
+        mass = motion.mass_properties.mass
+        gained = mass * (motion.velocity - motion.first_velocity)
         return gained - self.impulse, np.linalg.norm(self.impulse) + mass * np.linalg.norm(motion.velocity)
 
     def state(self):

@@ -13,7 +13,7 @@ def heavy_on_light(facts):
     bodies = [(i, obstacle) for i, obstacle in enumerate(facts.model.obstacles) if is_free(obstacle)]
     if len(bodies) < 2:
         return
-    masses = [obstacle.motion.matter.mass for _, obstacle in bodies]
+    masses = [obstacle.motion.mass_properties.mass for _, obstacle in bodies]
     ratio = max(masses) / min(masses)
     setting = "2 blocks" if len(bodies) == 2 else "6 blocks"
     if ratio > HEAVIER and (border := beyond("heavy_on_light", setting, ratio)):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from snowmpm.components.rigid_bodies.contact_points import tangents
 from snowmpm.components.rigid_bodies.impulses import impulses
-from snowmpm.components.rigid_bodies.touch import tangents
 
 SINK = 1e-4
 """Overlap, over the radius of a body, that is left as it is: more is taken out by degrees."""
@@ -16,7 +16,7 @@ BOUNCE = 4.0
 
 
 def resolve(acting, touches, dt, g, warm):
-    """Give bodies the impulses of their `Touch`es in a step of dt [s] under gravity g [m/s2].
+    """Give bodies the impulses of their `ContactPoints` in a step of dt [s] under gravity g [m/s2].
 
     acting: `Body`s that move; others are held. warm: impulses (dim,) [N s] of the step before by touch, from which the
     sweeps begin; -> those of this step, and whether the sweeps came to an end.
@@ -67,7 +67,7 @@ class _State:
         self._rows = {body.number: i for i, body in enumerate(bodies)}
         self.inverse_mass = np.zeros((len(bodies), self.width, self.width))
         for matrix, motion in zip(self.inverse_mass, motions, strict=True):
-            matrix[:dim, :dim] = np.eye(dim) / motion.matter.mass
+            matrix[:dim, :dim] = np.eye(dim) / motion.mass_properties.mass
             matrix[dim:, dim:] = motion.inverse_inertia
 
     def row(self, body):

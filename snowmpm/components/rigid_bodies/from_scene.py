@@ -13,7 +13,7 @@ SUNK = 0.05
 
 def motion_of(scene, i, shape):
     """`FreeMotion` of obstacle i of a scene with this `SolidShape`, None of one without a mass."""
-    return FreeMotion.of(spec, shape) if (spec := scene.obstacles[i].free) else None
+    return FreeMotion.of_shape(spec, shape) if (spec := scene.obstacles[i].free) else None
 
 
 def is_free(obstacle):

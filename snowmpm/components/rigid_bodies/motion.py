@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.components.rigid_bodies import quaternion
-from snowmpm.components.rigid_bodies.matter import Matter
+from snowmpm.components.rigid_bodies.mass_properties import MassProperties
 from snowmpm.solids.motion import Pose, RigidMotion
 from snowmpm.solids.rotation import no_turn, rotation_matrix
 
@@ -19,27 +19,27 @@ class FreeMotion(RigidMotion):
     and while the snow settles, it is held where it was at the start.
     """
 
-    def __init__(self, matter, velocity=None, omega=None, start=0.0):
-        super().__init__(matter.centre)
-        self.matter, self.start, self.still = matter, start, False
-        self._own_inverse = np.linalg.inv(matter.inertia)
-        dim = len(matter.centre)
+    def __init__(self, mass_properties, velocity=None, omega=None, start=0.0):
+        super().__init__(mass_properties.centre)
+        self.mass_properties, self.start, self.still = mass_properties, start, False
+        self._own_inverse = np.linalg.inv(mass_properties.inertia)
+        dim = len(mass_properties.centre)
         self.first_velocity = np.zeros(dim) if velocity is None else np.asarray(velocity, float)
         self._first_omega = np.atleast_1d(no_turn(dim) if omega is None else np.asarray(omega, float))
         self.begin()
 
     @classmethod
-    def of(cls, spec, shape):
+    def of_shape(cls, spec, shape):
         """Motion of a scene's table `free` of an obstacle with this `SolidShape`."""
-        matter = Matter.of(shape, spec.density, spec.mass)
-        return cls(matter, spec.velocity, np.radians(spec.angular_velocity), spec.start)
+        mass_properties = MassProperties.of(shape, spec.density, spec.mass)
+        return cls(mass_properties, spec.velocity, np.radians(spec.angular_velocity), spec.start)
 
     def begin(self):
         """Take the state of the start."""
         dim = len(self.start_centre)
         self.centre, self.velocity = np.array(self.start_centre), np.array(self.first_velocity)
         self.turn = np.zeros(1) if dim == 2 else np.array(quaternion.NO_TURN)
-        self.spin = self.matter.inertia @ self._first_omega
+        self.spin = self.mass_properties.inertia @ self._first_omega
         self._turned()
 
     def _turned(self):
@@ -60,7 +60,7 @@ class FreeMotion(RigidMotion):
     @property
     def energy(self):
         """Kinetic energy [J]."""
-        return 0.5 * float(self.matter.mass * self.velocity @ self.velocity + self.spin @ self.omega)
+        return 0.5 * float(self.mass_properties.mass * self.velocity @ self.velocity + self.spin @ self.omega)
 
     def pose(self, time):
         """`Pose` now, of which `time` [s] tells only whether it is still held."""

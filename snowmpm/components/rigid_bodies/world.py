@@ -10,7 +10,7 @@ A step of the snow, whose contact took their velocities v and places x at its be
 import numpy as np
 
 from snowmpm.components.rigid_bodies.contact import SINK, resolve
-from snowmpm.components.rigid_bodies.touch import Touch
+from snowmpm.components.rigid_bodies.contact_points import ContactPoints
 
 
 class World:
@@ -52,7 +52,7 @@ class World:
         gains, self._last = (totals - last)[:, :-1], np.array(totals)
         acting = [body for body in self.bodies if not body.gone and time + dt >= body.motion.start]
         for body in acting:
-            body.follow(gains[body.number], gravity, dt)
+            body.advance(gains[body.number], gravity, dt)
         touches = self._touches(acting, time, dt, gravity)
         warm, self._warm = self._warm, {}
         if touches:
@@ -71,13 +71,13 @@ class World:
         beyond[:-1] |= (body.motion.centre - body.radius > upper)[:-1]
         if beyond.any():
             body.gone = True
-            body.impulse -= body.motion.matter.mass * body.motion.velocity
+            body.impulse -= body.motion.mass_properties.mass * body.motion.velocity
             body.motion.stop()
 
     # ---- contact ----------------------------------------------------------------------------------------------
 
     def _touches(self, acting, time, dt, gravity):
-        """`Touch`es of all bodies that may meet something in this step."""
+        """`ContactPoints` of all bodies that may meet something in this step."""
         found, g = [], float(np.linalg.norm(gravity))
         margins = {body.number: 2.0 * dt * (body.speed + g * dt) + SINK * body.radius for body in acting}
         for body in acting:
@@ -89,7 +89,7 @@ class World:
         return found + self._between(acting, margins)
 
     def _between(self, acting, margins):
-        """`Touch`es of bodies with each other: of pairs whose boxes meet."""
+        """`ContactPoints` of bodies with each other: of pairs whose boxes meet."""
         bodies = [body for body in self.bodies if not body.gone]
         if len(bodies) < 2:
             return []
@@ -105,14 +105,14 @@ class World:
         if clear > margin:
             self._clear[body.number, s] = clear
             return []
-        touch, self._clear[body.number, s] = Touch.of(body, None, s, query, margin)
+        touch, self._clear[body.number, s] = ContactPoints.of(body, None, s, query, margin)
         return touch
 
     def _against_obstacle(self, body, s, obstacle, margin, time):
         middle, _ = obstacle.frame(obstacle.motion.pose(time))
         if np.linalg.norm(body.motion.centre - middle) > body.radius + np.linalg.norm(obstacle.shape.size) + margin:
             return []
-        return Touch.of(body, None, s, lambda x: obstacle.query_at(x, time), margin,
+        return ContactPoints.of(body, None, s, lambda x: obstacle.query_at(x, time), margin,
                         lambda x: obstacle.velocity_at(x, time))[0]
 
     def _against_body(self, one, other, margin):
@@ -120,7 +120,7 @@ class World:
         for first, second in ((one, other), (other, one)):
             if second.probe_radius > 0.0 and first.probe_radius == 0.0:
                 continue  # the only point of a ball tells all
-            found += Touch.of(first, second, -1 - second.number, second.query, margin)[0]
+            found += ContactPoints.of(first, second, -1 - second.number, second.query, margin)[0]
             if first.probe_radius > 0.0:
                 break
         return found
@@ -130,20 +130,22 @@ class World:
     def row(self, gravity):
         """Numbers of the history: place, velocity and angular velocity of each body by "NAME_x" and so on, energy
         [J], what is left open of their momentum balance [-], and steps whose contact impulses did not settle."""
-        found, left, size, energy = {}, 0.0, 0.0, 0.0
+        found: dict[str, float] = {}
+        left, size, energy = 0.0, 0.0, 0.0
         for body in self.bodies:
             motion = body.motion
             values = [*motion.centre, *motion.velocity, *motion.omega]
             found.update(zip(_names(body), map(float, values), strict=True))
             open_, terms = body.residual
             left, size = left + float(np.linalg.norm(open_)), size + float(terms)
-            energy += motion.energy - motion.matter.mass * float(gravity @ (motion.centre - motion.start_centre))
+            fallen = float(gravity @ (motion.centre - motion.start_centre))
+            energy += motion.energy - motion.mass_properties.mass * fallen
         return {**found, "rigid_energy": energy, "rigid_momentum_residual": left / size if size > 0.0 else 0.0,
                 "rigid_unsettled": float(self.unsettled)}
 
     def units(self):
         """Unit of each number of `row` that carries the name of a body."""
-        found = {}
+        found: dict[str, str] = {}
         for body in self.bodies:
             dim, turns = len(body.motion.centre), len(body.motion.spin)
             found.update(zip(_names(body), ["m"] * dim + ["m/s"] * dim + ["rad/s"] * turns, strict=True))

@@ -12,6 +12,7 @@ so that the fastest vibration of any structure is at most that of its fastest el
 
 import itertools
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,11 @@ class FrameworkMesh:
         stays in y = const."""
         number = {name: i for i, name in enumerate(joints)}
         places = [np.asarray(x, float) for x in joints.values()]
-        links, of_member, triads, lengths, pins = [], [], [], [], []
+        links: list[Any] = []
+        of_member: list[int] = []
+        triads: list[Any] = []
+        lengths: list[float] = []
+        pins: list[Any] = []
         for k, member in enumerate(members):
             first, last = number[member.first], number[member.last]
             edge, n = places[last] - places[first], member.segments

@@ -32,9 +32,9 @@ class Modes:
         for i, J in enumerate(inertias):
             M[3 * (p + i) : 3 * (p + i) + 3, 3 * (p + i) : 3 * (p + i) + 3] = J
         squares, vectors = eigh(K[np.ix_(own, own)], M[np.ix_(own, own)])
-        shapes = np.zeros((3 * (p + t), len(own)))
-        shapes[own] = vectors
-        shapes = shapes[: 3 * p].reshape(p, 3, -1).transpose(0, 2, 1)
+        whole = np.zeros((3 * (p + t), len(own)))
+        whole[own] = vectors
+        shapes = whole[: 3 * p].reshape(p, 3, -1).transpose(0, 2, 1)
         moves = np.einsum("p,pkc->k", mesh.masses, shapes**2) > TURNING
         self.squares, self.shapes = squares[moves], shapes[:, moves]
         self._joints = len(mesh.joints)

@@ -1,7 +1,7 @@
 """Structures of members that meet in joints."""
 
 from collections import Counter
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -59,7 +59,7 @@ class Framework(Bending):
         a, b = (self.joints[name] for name in member.ends)
         return sum((x - y) ** 2 for x, y in zip(a, b, strict=True)) ** 0.5
 
-    def of(self, member: Member, key: str) -> float | None:
+    def of(self, member: Member, key: str) -> Any:
         """Width, wall or segments of a `Member`."""
         own = member[key]
         return self[key] if own is None else own

@@ -1,5 +1,7 @@
 """The structures of a scene, and the obstacles that their segments are."""
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm.components.structures.declare import STRONG
@@ -23,8 +25,8 @@ def standing(scene):
     """What `rods.Rods` moves of the structures of a scene, and the `Obstacle`s of their segments."""
     made = [resolved(spec.MAKES)(scene, i) for i, spec in enumerate(scene.structures)]
     pairs = zip(scene.structures, made, strict=True)
-    return made, [_segment(spec, rod, s, *label, scene.dimension) for spec, rod in pairs
-                  for s, label in enumerate(_segments(spec, rod))]
+    return made, [_segment(spec, rod, s, name, width, scene.dimension) for spec, rod in pairs
+                  for s, (name, width) in enumerate(_segments(spec, rod))]
 
 
 def rods(model):
@@ -103,8 +105,9 @@ def framework(scene, i):
     """`Framework` of structure i of a scene. InputError: members that are no structure, since something moves without
     resistance."""
     spec, dim = scene.structures[i], scene.dimension
-    members = [Member(*member.ends, _section(spec, spec.of(member, "width"), spec.of(member, "wall"), dim),
-                      spec.of(member, "segments"), member.pinned) for member in spec.members]
+    members = [Member(first, last, _section(spec, spec.of(member, "width"), spec.of(member, "wall"), dim),
+                      spec.of(member, "segments"), member.pinned)
+               for member in spec.members for first, last in [member.ends]]
     made = Framework({name: in_space(x) for name, x in spec.joints.items()}, spec.feet, members,
                      poisson_ratio=spec.poisson_ratio, damping=spec.damping, plane=dim == 2)
     if (loose := made.modes.loose) is not None:
@@ -137,7 +140,7 @@ def _segments(spec, rod):
 
 def _segment(spec, rod, s, name, width, dim):
     """Segment s as an `Obstacle`: a box in 2-D, a round cylinder in 3-D."""
-    motion = SegmentMotion(rod, s, dim)
+    motion: Any = SegmentMotion(rod, s, dim)
     origin, half, r = motion.start_centre, 0.5 * rod.lengths[s], 0.5 * width
     along = rod.along[s]
     if dim == 2:

@@ -10,6 +10,8 @@ held by contact is heavier than what answers; this does not. Where H is linear i
 at the latest, and after one where D is known from before.
 """
 
+from typing import Any
+
 import numpy as np
 
 ROUNDS = 40
@@ -38,7 +40,9 @@ class QuasiNewton:
         """
         x, before = np.array(start, float), self.inverse
         enough = TOLERANCE * max(float(np.linalg.norm(x)), floor)
-        dx, dr, last, failed, share = [], [], None, 0, FIRST
+        dx: list[Any] = []
+        dr: list[Any] = []
+        last, failed, share = None, 0, FIRST
         best, answered, least = x, x, np.inf
         for k in range(ROUNDS):
             r = answer(x) - x

@@ -9,6 +9,7 @@ under its weight and the loads of the first step.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,8 @@ class Rods:
             each.rod.begin()
         self._last, self._gained = None, np.zeros((len(self.rods), 3))
         self._newton.forget()
-        self._pushes, self.rounds, self.unsettled = 0.0, 0, 0
+        self._pushes: Any = 0.0
+        self.rounds, self.unsettled = 0, 0
 
     def advance(self, time, dt, gravity, totals):
         """A step of dt [s] under gravity (dim,) [m/s2]; totals (obstacles, ...): what the snow gave all obstacles so

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from snowmpm.mpm.contact.walls import FREE
-from snowmpm.mpm.kernel_api import block_nodes
+from snowmpm.mpm.kernel_api import FREE, block_nodes
 from snowmpm.particles.blocks import EDGE
 
 

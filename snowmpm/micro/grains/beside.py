@@ -38,7 +38,7 @@ class CellPoint:
         """Share of the bonds that holds."""
         return self.cell.bonds / self._bonds
 
-    def follow(self, F):
+    def deform(self, F):
         """Cauchy stress (3, 3) [Pa] at F (2, 2) of x and z, reached in a straight line from the last one. ValueError
         for det F <= 0."""
         turn, triangle = upper_triangle(F)
@@ -98,7 +98,7 @@ class CellsBeside:
             C = table[row[0], layout.columns("affine")].astype(float).reshape(2, 2)
             self.deformation[k] += self.simulation.dt * C @ self.deformation[k]
             J = float(np.linalg.det(self.deformation[k]))
-            self.stress[k] = self.points[k].follow(self.deformation[k])
+            self.stress[k] = self.points[k].deform(self.deformation[k])
             there = table[row[0], layout.columns("stress")]
             self.law[k] = unpack(there.astype(float))[np.ix_(STORE, STORE)] / J
             if self.acting:

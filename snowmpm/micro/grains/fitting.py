@@ -12,6 +12,7 @@ first curve.
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -39,7 +40,7 @@ class FittedLaw:
     """law; intervals: {name: (low, high)} of `CONFIDENCE`; errors: {curve: its `difference`}; peaks: {curve: largest
     stress of the law over that of the sample}."""
 
-    law: object
+    law: Any
     intervals: dict
     errors: dict
     peaks: dict

@@ -1,6 +1,7 @@
 """The node blocks that a surface may touch: their sums stay in memory of their own while surfaces act on them."""
 
 from collections import defaultdict
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class ContactBlocks:
         self.of_surface = of_surface
         self.chunk_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
         self.everyone = rows["everyone"].filled(np.arange(self.n))
-        self.layers = ()
+        self.layers: Any = ()
         self.part = earlier.part if earlier else None
         if self.part is None or self.part.shape[0] < self.n:
             self.part = ti.ndarray(ti.f64, (self.n + self.n // 4 + 1, N_TOTALS[dim]))

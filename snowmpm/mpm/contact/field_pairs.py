@@ -1,5 +1,7 @@
 """Pairs of contact blocks that hold the same nodes for two velocity fields."""
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm.compiler.arrays import int_array, real_array
@@ -13,13 +15,13 @@ class FieldPairs:
     [J] and the impulse that the first gave the second [N s].
     """
 
-    everywhere = ()
+    everywhere: tuple[int, ...] = ()
     """Fields all of whose node blocks are contact blocks, met by others or not."""
 
     held = False
     """Whether the second field goes with the first, at surfaces too."""
 
-    relief = None
+    relief: Any = None
     """Taichi (contact nodes, dim or more): impulse [N s] that the second field took off the nodes of the first one,
     where surfaces meet the fields in turn and friction is of what is left; None where they do not"""
 

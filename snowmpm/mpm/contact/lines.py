@@ -8,6 +8,7 @@ Terrain has none, nor has a part of a structure, whose ends go on in the next pa
 """
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,13 @@ class Lines:
     def __init__(self, dim, real, kernel, stored, serial, edges):
         """edges: whether lines near an edge know where it is."""
         self.dim, self._real, self._reach, self._edges = dim, real, REACH[kernel], int(edges)
-        self.nodes = self.numbers = self.deep = self.deep_normals = self.start = self.deep_start = self._counts = None
+        self.nodes: Any = None
+        self.deep: Any = None
+        self.numbers: Any = None
+        self.deep_normals: Any = None
+        self.start: Any = None
+        self.deep_start: Any = None
+        self._counts: Any = None
         self._count, self._fill = line_kernels(dim, real, kernel, stored, serial)
         self._starts = Rows(), Rows()
 
@@ -79,6 +86,13 @@ class Lines:
             self.deep, self.deep_normals = ti.ndarray(ti.i32, (room,)), self._reals(room, 0)
         self._fill(*where, self._edges, self.start, self.deep_start, self.nodes, self.numbers, self.deep,
                    self.deep_normals, blocks.chunk_bounds)
+
+    def release(self, rows):
+        """Leave the followers of these lines to others (`joined_contact`)."""
+        if len(rows):
+            nodes = self.nodes.to_numpy()
+            nodes[rows, 1:] = -1
+            self.nodes.from_numpy(nodes)
 
     @property
     def bytes(self):

@@ -62,6 +62,10 @@ class SolidField:
         moved = max(np.abs(now[0] - then).max() for now, then in zip(self._table.boxes(), self._prepared, strict=True))
         return moved > MARGIN - NEAR
 
+    def distance(self, points):
+        """Signed distance [cells] at points (k, dim) [cells] of a solid at rest."""
+        return self.obstacle.shape.query(points * self._dx + self._origin)[0] / self._dx
+
     def _measure(self):
         table = self._table
         if self._n:

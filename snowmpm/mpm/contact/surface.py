@@ -6,6 +6,8 @@ from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import own_launches
 from snowmpm.mpm.contact.contact_node import N_TOTALS
+from snowmpm.mpm.contact.joined_contact import joined_kernel
+from snowmpm.mpm.contact.joined_lines import JoinedLines
 from snowmpm.mpm.contact.lines import Lines
 from snowmpm.mpm.contact.wall_contact import contact_kernel
 from snowmpm.mpm.contact.walls import FREE, NEAR
@@ -29,6 +31,10 @@ class Plane:
         nearest = np.minimum(self.sign * (first - self.level), self.sign * (first + edge - 1 - self.level))
         return np.where(nearest < NEAR, 0, FREE).astype(np.int32)
 
+    def distance(self, points):
+        """Signed distance [cells] at points (k, dim) [cells]."""
+        return self.sign * (points[:, self.axis] - self.level)
+
 
 class Surface:
     """A geometry (`Walls` or `Plane`), how snow touches it, and the totals of what it gave the snow.
@@ -44,6 +50,7 @@ class Surface:
         self.code, self.basal = CODES[contact], None if np.isscalar(friction) else friction
         self.friction = 0.0 if self.basal else friction
         self.motion = real_array(np.zeros(9))
+        self._joined = None
         self._everywhere = real_array(np.zeros((1, 1))), int_array([0, 0, 1, 1])
         self.total = np.zeros(N_TOTALS[dim])
 
@@ -58,7 +65,15 @@ class Surface:
             self.geometry.bind(serial)
         scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
         self._resolve = [own_launches(contact_kernel(*scheme, some)) for some in (False, True)[: 1 + relieved]]
-        self._no_walls = ti.ndarray(ti.types.vector(4, real), (1,))
+        self._kernel, self._no_walls = kernel, ti.ndarray(ti.types.vector(4, real), (1,))
+        if self.joinable:
+            self._hold = own_launches(joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK))
+
+    @property
+    def joinable(self):
+        """Whether lines may be held together (`joined_contact`): those of a wall at rest that never lets go."""
+        holds = self.code == STICK or (self.code == SLIP and self.friction == 0.0 and self.basal is None)
+        return holds and self.geometry.stored and not self.moving
 
     @property
     def bytes(self):
@@ -71,6 +86,10 @@ class Surface:
         plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
         self._slots, lines = slots, self._lines
         lines.find(grid.contact, slots, geometry.array if geometry.stored else self._no_walls, plane)
+        if self.joinable and grid.joins:
+            others = [other.geometry.distance for other in grid.surfaces if other is not self and not other.moving]
+            self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.precision)
+            lines.release(rows)
 
     def move_to(self, time, origin, dx):
         """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
@@ -108,6 +127,10 @@ class Surface:
     def apply_contact(self, grid, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`, where it was found last."""
         blocks, lines = grid.contact, self._lines
+        if self._joined:
+            joined = self._joined
+            self._hold(grid.nodes, grid.contact_offset, blocks.coordinates, joined.ints, joined.numbers, joined.state,
+                       self.motion, self.total, joined.n)
         resolve = self._resolve[bool(blocks.layers)]
         whole = (blocks.everyone, blocks.chunk_bounds, blocks.n)
         # The second field slips where the first one sticks or rubs, unless it goes with it

@@ -16,9 +16,9 @@ gains, J = sum m (v - v*), is the impulse of the solid.
 
 That is in the mean over a line: beside a surface of slope t in the grid, a test function w keeps -t dx^2 / 4
 d/dx (dw/dn) on it. Where the surface ends at another one (an inner corner) or the snow does, a pressure p does the work
-of a force pair p t dx^2 / 4 on this: the stress is off by about the pressure there, by 2 % from 3 cells on; in a smooth
-box turned about two axes, 7 % of a settlement (tests/verification/test_turned_box.py). In cells that an oblique surface
-cuts, few particles stand for a node: 10 % within half a cell (M5).
+of a force pair p t dx^2 / 4 on this: the stress is off by about the pressure there, by 2 % from 3 cells on. Flat walls
+at rest that never let go of the snow (slip, stick) hold their lines together instead where they meet
+(`joined_contact`). In cells that an oblique surface cuts, few particles stand for a node: 10 % within half a cell (M5).
 
     slip:      J_n as it comes
     separate:  none if J_n < 0 (it would pull), or as long as snow has not arrived (below)

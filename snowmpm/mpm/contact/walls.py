@@ -1,5 +1,7 @@
 """Where a surface at rest is at the nodes of the grid, kept for the node blocks near it."""
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm.compiler import ti
@@ -33,6 +35,10 @@ class Walls:
         self._used = 0
         self.array = self._allocate(64)
 
+    def distance(self, points):
+        """Signed distance [cells] at points (k, dim) [cells]."""
+        return self.wall_distance(points)[0]
+
     def _allocate(self, slots):
         """Array of (normal, distance) of the nodes of `slots` blocks, 4 numbers a node."""
         return ti.ndarray(ti.types.vector(4, self._real), (slots * self._n_nodes,))
@@ -61,7 +67,7 @@ class Walls:
         nodes = np.stack(np.meshgrid(*[np.arange(edge)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
         points = (edge * coordinates[:, None] + nodes).reshape(-1, dim)
         distance, normal = self.wall_distance(points.astype(np.float64))
-        walls = np.zeros((len(points), 4), self._dtype)
+        walls: Any = np.zeros((len(points), 4), self._dtype)
         walls[:, :dim], walls[:, 3] = normal, distance
         walls = walls.reshape(len(coordinates), self._n_nodes, 4)
         solid = (walls[:, :, 3] < NEAR).any(axis=1)

@@ -17,6 +17,7 @@ over a box of b cells (`schemes.Basis`), whose second moment changes with x. Wit
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from snowmpm.compiler import ti
 from snowmpm.schemes import BASES
@@ -78,10 +79,10 @@ class Stencil:
     """
 
     width: int
-    inverse_second_moment: float | None
+    inverse_second_moment: Any
     drift_limit: float
-    weights: object
-    slopes: object
+    weights: Any
+    slopes: Any
 
     @property
     def reach(self):

@@ -9,7 +9,7 @@ import pytest
 
 from snowmpm.errors import InputError
 from snowmpm.implicit.balance import Balance
-from snowmpm.implicit.matter import Matter
+from snowmpm.implicit.material_points import MaterialPoints
 from snowmpm.materials import Elastic, VonMises
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
@@ -29,10 +29,10 @@ def test_its_matrix_is_the_derivative_of_its_forces(law, dim):
     x, volumes = lattice([0.0] * dim, [1.0, 1.0] if dim == 2 else [0.5] * 3, 0.25)
     solver = implicit(x, volumes, law, 0.25, upper=[2.0] * dim, adapters=volumes_shared(True), time="quasi_static",
                       sides=[["stick", "open"]] + [["open", "open"]] * (dim - 1))
-    matter = Matter.of_store(solver.particles)
+    matter = MaterialPoints.of_store(solver.particles)
     matter.strain = solver.adapters["f_bar"].strain
-    mesh, held = solver.march.mesh(matter)
-    balance = Balance(mesh, held, matter, solver.march.materials, np.zeros_like(x), 0.25, 1.0)
+    mesh, held = solver.step_solver.mesh(matter)
+    balance = Balance(mesh, held, matter, solver.step_solver.materials, np.zeros_like(x), 0.25, 1.0)
     u, one, other = rng.standard_normal((3, held.T.shape[1]))
     trial = balance.at(0.02 * u, tangents=True)
     assert trial.sound and (trial.after.iterations > 0).any() == (law.kind == "von_mises")

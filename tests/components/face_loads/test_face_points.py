@@ -44,7 +44,7 @@ def test_areas_follow_by_nansons_formula(dim):
     normal = np.cross(sides[:, 0], sides[:, 1]) if dim == 3 else np.stack([sides[:, 0, 1], -sides[:, 0, 0]], axis=1)
     points = FacePoints.of(np.arange(4), np.ones((4, dim)), normal, np.zeros((4, dim)))
     for A in steps:
-        points.follow(A, np.zeros((4, dim)))
+        points.move_with(A, np.zeros((4, dim)))
         sides = np.einsum("nij,nkj->nki", A + np.eye(dim), sides)
         np.testing.assert_allclose(cofactors(A), np.linalg.det(A + np.eye(dim))[:, None, None] * np.swapaxes(
             np.linalg.inv(A + np.eye(dim)), 1, 2), rtol=1e-9, atol=1e-12)

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq, fsolve
 
 from snowmpm.components.face_loads.implicit import FaceTerm
-from snowmpm.implicit.matter import Matter
+from snowmpm.implicit.material_points import MaterialPoints
 from snowmpm.implicit.mesh import Mesh
 from snowmpm.materials import Elastic
 from snowmpm.running.simulation import Simulation
@@ -33,7 +33,7 @@ def test_tangents_are_those_of_the_forces(dim):
              ("displacement", *sides[-1], {"value": [-0.4] * dim, "contact": "separate"}),
              ("displacement", *sides[0], {"value": [0.0] * dim})]
     solver = implicit(x, volumes, Elastic(**RUBBER), 1.0, upper=[6.0] * dim)
-    loads = FaceTerm(faces(x, given, stiffness=1e4), matter := Matter.of_store(solver.particles), 0.0)
+    loads = FaceTerm(faces(x, given, stiffness=1e4), matter := MaterialPoints.of_store(solver.particles), 0.0)
     mesh = Mesh(matter.cells, 1.0, "quadratic", "shape")
     loads.meet(mesh)
     u = 0.1 * rng.standard_normal((mesh.n_nodes, dim))

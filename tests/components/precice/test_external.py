@@ -122,7 +122,7 @@ def test_nodes_go_on_as_they_went_or_come_where_they_are_awaited():
     assert one.n == 4 and np.array_equal(one.start[3], [0.5, 0.0, 1.0])
     assert np.array_equal(one.along[1:3], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     moved = np.full((5, 3), 0.1)
-    one.follow(moved, 0.5)
+    one.take_displacement(moved, 0.5)
     assert np.allclose(one.v, 0.2)
     one.advance(0.25, np.ones((5, 3)))
     assert np.allclose(one.x - one.start, 0.15)

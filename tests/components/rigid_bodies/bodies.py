@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.components.rigid_bodies.body import Body
-from snowmpm.components.rigid_bodies.matter import Matter
+from snowmpm.components.rigid_bodies.mass_properties import MassProperties
 from snowmpm.components.rigid_bodies.motion import FreeMotion
 from snowmpm.components.rigid_bodies.world import World
 from snowmpm.solids.obstacle import Obstacle
@@ -22,7 +22,7 @@ def solid(kind, origin, half, angle=0.0):
 
 
 def body(number, shape, *, density=1000.0, velocity=None, omega=None, spacing=0.05, **contact):
-    motion = FreeMotion(Matter.of(shape, density), velocity, omega)
+    motion = FreeMotion(MassProperties.of(shape, density), velocity, omega)
     return Body(number, Obstacle(f"body_{number}", shape, motion), spacing, **contact)
 
 

@@ -19,7 +19,7 @@ def pushes_it(simulation):
     before = momentum(simulation)
     steps(simulation, 30)
     crate, row = simulation.solver.adapters["rigid_bodies"].world.bodies[0], simulation.audit()
-    gained = crate.motion.matter.mass * crate.motion.velocity
+    gained = crate.motion.mass_properties.mass * crate.motion.velocity
     assert gained[0] > 0.02 * before[0] and crate.motion.centre[0] > given.SIDE + 0.31
     assert np.allclose(momentum(simulation) + gained, before, rtol=0.0, atol=1e-11 * before[0])
     assert row["momentum_residual"] < 1e-11 and row["rigid_momentum_residual"] < 1e-11

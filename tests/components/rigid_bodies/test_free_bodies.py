@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from snowmpm.components.rigid_bodies import impulses
-from snowmpm.components.rigid_bodies.matter import Matter
+from snowmpm.components.rigid_bodies.mass_properties import MassProperties
 from snowmpm.solids.primitives import CYLINDER
 from snowmpm.solids.shape import SolidShape
 from tests.components.rigid_bodies.bodies import BALL, BOX, G, body, let_go, on_slope, plane, solid, world
@@ -92,9 +92,9 @@ def test_bodies_that_collide_keep_their_momenta(dim):
 
     def momenta():
         motions = [each.motion for each in made.bodies]
-        p = sum(m.matter.mass * m.velocity for m in motions)
+        p = sum(m.mass_properties.mass * m.velocity for m in motions)
         cross = np.cross if dim == 3 else lambda a, b: np.array([a[0] * b[1] - a[1] * b[0]])
-        return p, sum(m.spin + m.matter.mass * cross(m.centre, m.velocity) for m in motions)
+        return p, sum(m.spin + m.mass_properties.mass * cross(m.centre, m.velocity) for m in motions)
 
     before, start = momenta(), other.motion.velocity.copy()
     let_go(made, 0.3, g=0.0)
@@ -119,7 +119,7 @@ def test_a_body_that_tumbles_keeps_its_angular_momentum_and_energy():
     half, omega = np.array([0.1, 0.2, 0.4]), np.array([0.05, 6.0, 0.05])
     one = body(0, solid(BOX, np.zeros(3), half), omega=omega)
     made, motion = world(one), one.motion
-    inertia, spin, energy = np.diag(motion.matter.inertia), motion.spin.copy(), motion.energy
+    inertia, spin, energy = np.diag(motion.mass_properties.inertia), motion.spin.copy(), motion.energy
 
     def euler(_, w):
         return np.cross(inertia * w, w) / inertia
@@ -158,7 +158,7 @@ def test_matter_is_that_of_the_volume(name):
     x = np.stack(np.meshgrid(*[line] * dim, indexing="ij"), axis=-1).reshape(-1, dim) + shape.origin
     x = x[shape.query(x)[0] < 0.0]
     cell = (line[1] - line[0]) ** dim
-    found = Matter.of(shape, 10.0)
+    found = MassProperties.of(shape, 10.0)
     arm = x - found.centre
     r2 = (arm**2).sum(axis=1)
     inertia = 10.0 * cell * (np.array([[r2.sum()]]) if dim == 2 else r2.sum() * np.eye(3) - arm.T @ arm)
@@ -174,13 +174,13 @@ def test_matter_of_a_polygon_and_of_a_mesh(tmp_path):
 
     points = [[1.0, 1.0], [1.4, 1.0], [1.4, 1.2], [1.0, 1.2]]
     for corners in (points, points[::-1]):
-        found = Matter.of(SolidShape.of(Polygon(kind="polygon", points=corners), 2), mass=7.0)
+        found = MassProperties.of(SolidShape.of(Polygon(kind="polygon", points=corners), 2), mass=7.0)
         assert found.mass == 7.0 and np.allclose(found.centre, [1.2, 1.1])
         assert np.allclose(found.inertia, [[7.0 * (0.4**2 + 0.2**2) / 12.0]])
     box = trimesh.creation.box(extents=[0.2, 0.4, 0.8])
     box.apply_translation([5.0, 6.0, 7.0])
     box.export(tmp_path / "box.stl")
-    found = Matter.of(SolidShape.of(SolidMesh(kind="mesh", file=str(tmp_path / "box.stl")), 3), 100.0)
+    found = MassProperties.of(SolidShape.of(SolidMesh(kind="mesh", file=str(tmp_path / "box.stl")), 3), 100.0)
     # STL is in float32
     assert np.allclose(found.centre, [5.0, 6.0, 7.0]) and found.mass == pytest.approx(6.4, rel=1e-5)
     assert np.allclose(found.inertia, np.diag([0.8, 0.68, 0.2]) * 6.4 / 12.0, atol=1e-5)

@@ -16,11 +16,11 @@ import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.implicit.balance import Balance
+from snowmpm.implicit.contact_set import ContactSet
 from snowmpm.implicit.linear import Linear
 from snowmpm.implicit.mesh import Mesh
 from snowmpm.implicit.newmark import Newmark, Projection
 from snowmpm.implicit.newton import NotConverged, solve
-from snowmpm.implicit.touch import Touch
 from snowmpm.stepping.contact_velocity import SEPARATE
 
 SMALLEST_PART = 1.0 / 1024.0
@@ -63,11 +63,12 @@ class Rules:
 
 
 @dataclass
-class Passed:
+class StepResult:
     """What a step did. impulse of surfaces [N s]; force of surfaces at its end [N]; plastic work [J]; yielding,
     unconverged: particles; parts: solved; residuals of the last part; rubbed: energy that friction took [J]; given:
-    impulse and moment that obstacles got, pressing: force and moment on them at the end (`Touch.on_obstacles`); lines:
-    that touch, spared: settled by a rule (`Touch.counts`), of all parts; loaded: impulse on surfaces of bodies."""
+    impulse and moment that obstacles got, pressing: force and moment on them at the end (`ContactSet.on_obstacles`);
+    lines: that touch, spared: settled by a rule (`ContactSet.counts`), of all parts; loaded: impulse on surfaces of
+    bodies."""
 
     impulse: np.ndarray
     force: np.ndarray
@@ -85,23 +86,23 @@ class Passed:
     loaded: np.ndarray | float = 0.0
 
     def count(self, touch):
-        """Add the lines of a part's `Touch`."""
+        """Add the lines of a part's `ContactSet`."""
         lines, spared = touch.counts()
         self.lines, self.spared = self.lines + lines, self.spared + spared
 
 
-class March:
-    """Steps of a `Matter` on a `Grid` by `Rules`. materials: `MaterialTable` of float64."""
+class StepSolver:
+    """Steps of a `MaterialPoints` on a `Grid` by `Rules`. materials: `MaterialTable` of float64."""
 
     def __init__(self, grid, rules, materials):
         self.grid, self.rules, self.materials = grid, rules, materials
 
     def touch(self, matter):
-        """`Touch` of particles where they are."""
+        """`ContactSet` of particles where they are."""
         grid = self.grid
         mesh = Mesh(matter.cells, grid.dx, grid.kernel, grid.gradient, grid.period)
         filled = matter.volume * matter.ratio / grid.dx**mesh.dim
-        return Touch(mesh, grid.surfaces, grid.kernel, filled, grid.extended)
+        return ContactSet(mesh, grid.surfaces, grid.kernel, filled, grid.extended)
 
     def mesh(self, matter):
         """`Mesh` and `Held` of particles where they are."""
@@ -111,11 +112,11 @@ class March:
     # ---- at rest ----------------------------------------------------------------------------------------------------
 
     def to_balance(self, matter, body, dt):
-        """Bring particles to rest under b (n, dim) [m/s2], which took dt [s]; -> `Passed`.
+        """Bring particles to rest under b (n, dim) [m/s2], which took dt [s]; -> `StepResult`.
 
         Raises SimulationError when nothing holds them.
         """
-        passed = Passed(*np.zeros((2, matter.cells.shape[1])))
+        passed = StepResult(*np.zeros((2, matter.cells.shape[1])))
         share = 1.0
         while True:
             touch = self.touch(matter)
@@ -162,7 +163,7 @@ class March:
 
     def _in_contact(self, touch, setting, lessened, start, past=None):
         """`Solved` from displacements start (N, dim) with states of the contact that agree with it, and its `Held`.
-        lessened (N, dim): loads of the nodes that do not act yet [N]; past: of `Touch.held`."""
+        lessened (N, dim): loads of the nodes that do not act yet [N]; past: of `ContactSet.held`."""
         while True:
             held = touch.held(past)
             balance = Balance(touch.mesh, held, *setting)
@@ -209,13 +210,13 @@ class March:
     # ---- in time ----------------------------------------------------------------------------------------------------
 
     def in_time(self, matter, acceleration, body, dt, starts, pressing=0.0):
-        """Advance particles by dt [s]; -> `Passed`.
+        """Advance particles by dt [s]; -> `StepResult`.
 
         acceleration (n, dim): of stress and surfaces at the start, becomes that of the end; body (n, dim): b; starts:
         nobody knows that acceleration; pressing: force and moment on obstacles at the start. Raises SimulationError.
         """
         loads = sum(term.force for term in matter.terms)
-        passed = Passed(np.zeros(matter.cells.shape[1]), matter.mass @ acceleration - loads, pressing=pressing)
+        passed = StepResult(np.zeros(matter.cells.shape[1]), matter.mass @ acceleration - loads, pressing=pressing)
         done, part = 0.0, 1.0
         while done < 1.0:
             part = min(part, 1.0 - done)

@@ -1,4 +1,4 @@
-"""Steps of particles with water in their pores: `implicit.march` with the pressure among the unknowns."""
+"""Steps of particles with water in their pores: `implicit.step_solver` with the pressure among the unknowns."""
 
 import numpy as np
 
@@ -6,24 +6,21 @@ from snowmpm.components.pore_water.at_once import AtOnce, solve_at_once, solve_i
 from snowmpm.components.pore_water.pores import Pores
 from snowmpm.components.pore_water.solved import Place
 from snowmpm.errors import SimulationError
-from snowmpm.implicit.balance import Balance
-from snowmpm.implicit.linear import Linear
-from snowmpm.implicit.march import SMALLEST_PART, March, Passed
-from snowmpm.implicit.newton import NotConverged
+from snowmpm.implicit.kernel_api import SMALLEST_PART, Balance, Linear, NotConverged, StepResult, StepSolver
 
 
-class SoakedMarch(March):
-    """As the `March` of a solver; water: `solved.SolvedWater` in the pores."""
+class CoupledStep(StepSolver):
+    """As the `StepSolver` of a solver; water: `solved.SolvedWater` in the pores."""
 
     def __init__(self, solver, water):
-        super().__init__(solver.march.grid, solver.march.rules, solver.march.materials)
+        super().__init__(solver.step_solver.grid, solver.step_solver.rules, solver.step_solver.materials)
         self._solver, self._water = solver, water
         law_stiffness = self.materials.density * self.materials.wave_speed**2
         self._unit = float(np.max(law_stiffness)) / self.grid.dx
 
     def to_balance(self, matter, body, dt):
         """Balance of the skeleton while water flows for dt [s], in as many parts of it as it takes."""
-        passed = Passed(*np.zeros((2, matter.cells.shape[1])))
+        passed = StepResult(*np.zeros((2, matter.cells.shape[1])))
         done, part = 0.0, 1.0
         while done < 1.0:
             part = min(part, 1.0 - done)

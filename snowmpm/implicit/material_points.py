@@ -10,7 +10,7 @@ from snowmpm.particles.store import IDENTITY, MATERIAL
 
 
 @dataclass
-class Matter:
+class MaterialPoints:
     """Columns of particles (n, ...): cells [cells], velocity [m/s], volume at the reference [m3], mass [kg], material,
     number, h, tau [Pa] (n, 4 or 6), state, ratio J, affine (n, dim, dim) [1/s]; around: pressure around the snow [Pa]
     (n,), None without; columns: of components, by name; terms: `balance.Term`s, strain: (mesh, matter) ->

@@ -34,7 +34,7 @@ FORCE, WAY, TURN = 1e-8, 1e-7, 3e-3
 """Of the forces, of the largest displacement, and of a direction [rad]: what is left is within what Newton leaves."""
 
 
-class Touch:
+class ContactSet:
     """The contact of one part of a step. mesh: `Mesh`; surfaces: `surfaces.Surface`s; kernel; volume (n,): of the
     particles [cells]; extended: faint nodes follow others.
 

@@ -8,7 +8,7 @@ from snowmpm.solids.primitives import BALL, BOX, CYLINDER
 
 
 @dataclass(frozen=True, eq=False)
-class Matter:
+class MassProperties:
     """mass [kg], per metre of width in 2-D; centre (dim,) [m] of mass; inertia [kg m2] about it along the axes of
     space: (1, 1) in 2-D, (3, 3) in 3-D."""
 
@@ -18,7 +18,7 @@ class Matter:
 
     @classmethod
     def of(cls, shape, density=None, mass=None):
-        """Matter of a `SolidShape` where it is at the start, filled evenly: of a density [kg/m3] or a mass [kg]."""
+        """Those of a `SolidShape` where it is at the start, filled evenly: of a density [kg/m3] or a mass [kg]."""
         volume, centre, inertia = _unit_density(shape)
         density = density if mass is None else mass / volume
         return cls(density * volume, centre, density * inertia)

@@ -1,6 +1,7 @@
 """Where bodies touch each other and what stands still: points, normals, gaps."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ then says how far out the probe is. Where two corners meet, the normal at the co
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class ContactPoints:
     """Points at which a `Body` meets a surface.
 
     first: the body whose probes they are; second: the body of the surface, None of what is not free; surface: its
@@ -24,8 +25,8 @@ class Touch:
     where they overlap; velocity (k, dim) [m/s] of a surface that is not free; friction, restitution [-].
     """
 
-    first: object
-    second: object
+    first: Any
+    second: Any
     surface: int
     numbers: np.ndarray
     points: np.ndarray
