@@ -80,10 +80,10 @@ def refuse_beyond(scene):
     Obstacles need one method that has them: until it takes over, and after it, the snow must be elsewhere.
     """
     scenes = parts(scene)
-    able = [METHODS[part.solver.method].capabilities for part in scenes]
+    obstacles = any(METHODS[part.solver.method].capabilities.obstacles for part in scenes)
     for i, part in enumerate(scenes):
         for capability, wanted, key, value in demands(part, later=i > 0):
-            if capability == "obstacles" and any(one.obstacles for one in able):
+            if capability == "obstacles" and obstacles:
                 continue
             try:
                 require(part, capability, key, value, wanted)
@@ -91,35 +91,31 @@ def refuse_beyond(scene):
                 if i == 0:
                     raise
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
-    for i, switch in enumerate(scene.switch):
-        _refuse_switch(scene, i, switch, able[i], able[i + 1])
-    if scene.zone:
-        _refuse_zone(scene)
-    _refuse_uncomputed(scene)
-    _refuse_cracks(scene)
-    _refuse_averaged_hat(scene)
-    _refuse_beside_components(scene)
-    _refuse_narrow_bins(scene)
+    for refusals in (_switches, _zone, _uncomputed, _cracks, _averaged_hats, _beside_components, _narrow_bins):
+        for key, value, allowed in refusals(scene):
+            raise InputError.at(key, value, allowed, scene.source)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
 """Capabilities that a zone's method need not have: its snow comes from the columns."""
 
 
-def _refuse_zone(scene):
-    """Raise InputError for a region in three dimensions that cannot be."""
+def _zone(scene):
+    """Refusals of a region in three dimensions that cannot be."""
+    if not scene.zone:
+        return
     for capability, key, name, where in (
             ("around_zone", "solver.method", scene.solver.method, " around a zone"),
             ("within_zone", "zone.solver.method", scene.zone.solver.method, "")):
         if not has(name, capability):
             allowed = " or ".join(f'"{other}"' for other in who_can(capability))
-            raise InputError.at(key, name, f"must be {allowed}{where}", scene.source)
+            yield key, name, f"must be {allowed}{where}"
     beside = {"switch.0.to": scene.switch and scene.switch[0].to, "initial.from": scene.initial.from_run}
     for key, value in beside.items():
         if value:
-            raise InputError.at(key, value, "does not go with zone, which hands over all the time", scene.source)
+            yield key, value, "does not go with zone, which hands over all the time"
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
-        raise InputError.at("domain.boundary", "periodic", "does not go with zone", scene.source)
+        yield "domain.boundary", "periodic", "does not go with zone"
     part = within(scene)
     for capability, wanted, key, value in demands(part, later=True):
         if capability not in OF_THE_RELEASE:
@@ -129,37 +125,36 @@ def _refuse_zone(scene):
                 raise InputError(f"{error}; zone computes with it") from None
 
 
-def _refuse_uncomputed(scene):
-    """Raise InputError for keys that a component computes, where there is no such component."""
+def _uncomputed(scene):
+    """Refusals of keys that a component computes, where there is no such component."""
     asked = {key for component in components.used(scene) for key, _ in component.asked(scene)}
     if isinstance(scene.gravity, Gravity) and "gravity" not in asked:
-        raise InputError.at("gravity", "a table", "needs a component that is not installed", scene.source)
+        yield "gravity", "a table", "needs a component that is not installed"
     for name, law in scene.materials.items():
         for key, value in law.of_components.items():
             if f"materials.{name}.{key}" not in asked:
-                raise InputError.at(f"materials.{name}.{key}", value, "needs a component that is not installed",
-                                    scene.source)
+                yield f"materials.{name}.{key}", value, "needs a component that is not installed"
 
 
-def _refuse_narrow_bins(scene):
-    """Raise InputError for a record of a saw test that is finer than the grid or the interface points."""
+def _narrow_bins(scene):
+    """Refusals of a record of a saw test that is finer than the grid or the interface points."""
     test = scene.saw_test
     if test and test.resolution is not None and test.resolution < (least := weak_layer_of(scene).finest):
-        raise InputError.at("saw_test.resolution", test.resolution, f"must be at least {least:g}, the spacing of the"
-                            " grid nodes or of the interface points", scene.source)
+        yield ("saw_test.resolution", test.resolution,
+               f"must be at least {least:g}, the spacing of the grid nodes or of the interface points")
 
 
-def _refuse_cracks(scene):
-    """Raise InputError for material that cracks in steps that are solved for."""
+def _cracks(scene):
+    """Refusals of material that cracks in steps that are solved for."""
     if METHODS[scene.solver.method].capabilities.solves:
         for name, law in scene.materials.items():
             if law.kind == "cohesive_crack":
-                raise InputError.at(f"materials.{name}.kind", law.kind, 'does not go with "implicit", where the'
-                                    ' particles of a cell do not deform as one: take "mpm"', scene.source)
+                yield (f"materials.{name}.kind", law.kind,
+                       'does not go with "implicit", where the particles of a cell do not deform as one: take "mpm"')
 
 
-def _refuse_averaged_hat(scene):
-    """Raise InputError for a kernel of comparison beside what nothing was compared for."""
+def _averaged_hats(scene):
+    """Refusals of a kernel of comparison beside what nothing was compared for."""
     solvers = {"solver": scene.solver, **{f"switch.{i}.solver": one.solver for i, one in enumerate(scene.switch)},
                **({"zone.solver": scene.zone.solver} if scene.zone else {})}
     for key, solver in solvers.items():
@@ -167,8 +162,8 @@ def _refuse_averaged_hat(scene):
             beside = {"switch": scene.switch, "zone": scene.zone,
                       'initial.relaxation = "static"': scene.initial.relaxation == "static"}
             if found := [name for name, there in beside.items() if there]:
-                raise InputError.at(f"{key}.kernel", solver.kernel,
-                                    f'must be "quadratic" or "cubic" beside {" and ".join(found)}', scene.source)
+                yield (f"{key}.kernel", solver.kernel,
+                       f'must be "quadratic" or "cubic" beside {" and ".join(found)}')
 
 
 FEATURES = {
@@ -190,8 +185,8 @@ def _has(scene, name):
     return f'"{scene}"' == value if value else bool(scene)
 
 
-def _refuse_beside_components(scene):
-    """Raise InputError for a component beside what does not know it, and beside one that has what it needs."""
+def _beside_components(scene):
+    """Refusals of a component beside what does not know it, and beside one that has what it needs."""
     owners: dict[str, Any] = {}
     used = components.used(scene)
     for component in used:
@@ -201,17 +196,15 @@ def _refuse_beside_components(scene):
         if not component.alone:
             found += [_named(other, scene) for other in used if other.alone]
         if found:
-            raise InputError.at(key, value, f"does not go with {' and '.join(found)}", scene.source)
+            yield key, value, f"does not go with {' and '.join(found)}"
         for needed in component.owns:
             if (first := owners.setdefault(needed, component)) is not component:
-                raise InputError.at(key, value, f"does not go with {next(iter(first.asked(scene)))[0]}: both act on"
-                                                f" {needed}", scene.source)
+                yield key, value, f"does not go with {next(iter(first.asked(scene)))[0]}: both act on {needed}"
         if component.double and scene.solver.precision != "f64":
-            raise InputError.at("solver.precision", scene.solver.precision, f'must be "f64" {component.double}',
-                                scene.source)
+            yield "solver.precision", scene.solver.precision, f'must be "f64" {component.double}'
         if component.refuse:
             component.refuse(scene)
-    _refuse_events(scene, used)
+    yield from _events(scene, used)
 
 
 def _named(component, scene):
@@ -220,36 +213,42 @@ def _named(component, scene):
     return f'{key} = "{value}"'
 
 
-def _refuse_events(scene, used):
-    """Raise InputError for an event of a component that does not know it."""
+def _events(scene, used):
+    """Refusals of an event of a component that does not know it."""
     taken = {kind for component in used for kind in component.events}
     for i, event in enumerate(scene.events):
         if event.OF and event.kind not in taken:
             of = next(_named(component, scene) for component in used
                       if next(iter(component.asked(scene)))[0].startswith(f"{event.OF}."))
-            raise InputError.at(f"events.{i}.kind", event.kind, f"does not go with {of}", scene.source)
+            yield f"events.{i}.kind", event.kind, f"does not go with {of}"
 
 
-def _refuse_switch(scene, i, switch, before, after):
-    """Raise InputError for a hand-over that cannot be, from a method with the capabilities `before` to `after`."""
-    key = f"switch.{i}.to"
+def _switches(scene):
+    """Refusals of hand-overs that cannot be."""
+    methods = [part.solver.method for part in parts(scene)]
+    for i, switch in enumerate(scene.switch):
+        yield from _switch(scene, i, switch, *methods[i : i + 2])
+
+
+def _switch(scene, i, switch, first, second):
+    """Refusals of a hand-over from the method `first` to `second`."""
+    key, before, after = f"switch.{i}.to", METHODS[first].capabilities, METHODS[second].capabilities
     if before.solves:
-        raise InputError.at("solver.method", parts(scene)[i].solver.method, "does not hand over: leave switch out",
-                            scene.source)
+        yield "solver.method", first, "does not hand over: leave switch out"
     if before.plan == after.plan:
         allowed = " or ".join(f'"{name}"' for name, entry in METHODS.items()
                               if entry.capabilities.plan != before.plan and not entry.capabilities.solves)
-        raise InputError.at(key, switch.to, f'must be {allowed} after "{parts(scene)[i].solver.method}"', scene.source)
+        yield key, switch.to, f'must be {allowed} after "{first}"'
     if scene.terrain is None:
-        raise InputError.at(key, switch.to, "needs a terrain", scene.source)
+        yield key, switch.to, "needs a terrain"
     if any(scene.gravity_vector[:-1]):
-        raise InputError.at(key, switch.to, "needs gravity that points down", scene.source)
+        yield key, switch.to, "needs gravity that points down"
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
-        raise InputError.at(key, switch.to, "needs sides of the domain that are not periodic", scene.source)
+        yield key, switch.to, "needs sides of the domain that are not periodic"
     bonds = any(law.BONDS is not None and law.bonds_last_below > 0.0 for law in scene.materials.values())
     if switch.when == BROKEN and (before.plan or not bonds):
-        raise InputError.at(f"switch.{i}.when", switch.when, "needs a material with bonds, such as anticrack_cam_clay,"
-                                                             " and particles in space", scene.source)
+        yield (f"switch.{i}.when", switch.when,
+               "needs a material with bonds, such as anticrack_cam_clay, and particles in space")
 
 
 def require(scene, capability, key, value, wanted=True, what=""):
