@@ -89,5 +89,6 @@ def pytest_terminal_summary(terminalreporter):
     skipped = terminalreporter.stats.get("skipped", ())
     reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped
                       if isinstance(report.longrepr, tuple))
-    counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common()) or "none"
-    terminalreporter.write_line(f"skipped validation: {sum(reasons.values())} tests: {counts}")
+    if reasons:
+        counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
+        terminalreporter.write_line(f"skipped validation: {sum(reasons.values())} tests: {counts}")

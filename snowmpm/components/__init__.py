@@ -154,6 +154,8 @@ def extend(component, *names):
     """Give tables of a scene, all by default, the keys that a component adds; -> those that have changed."""
     changed = set()
     for name, keys in component.keys.items():
+        if name not in _tables and not names:
+            raise ValueError(f"component {component.name}: keys at {name!r}: must be at {', '.join(_tables)}")
         if name in (names or component.keys):
             for table in _tables[name]:
                 table.model_fields.update(keys.model_fields)

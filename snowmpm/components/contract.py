@@ -25,7 +25,8 @@ class Component:
     order: int
     """among the components: those of lower number act first"""
     keys: Mapping[str, Any] = field(default_factory=dict)
-    """`scenes.spec.Spec`s with keys that it adds to tables of a scene, by their places: "scene", "solver.implicit" """
+    """`scenes.spec.Spec`s with keys that it adds to tables of a scene, by their places: "scene", "solver",
+    "solver.implicit", "bodies", "obstacles", "terrain" or "saw_test.weak_layer" """
 
     adapters: Mapping[str, Any] = field(default_factory=dict)
     """by method, of one without a package: model -> `stepping.component.Adapter`, or "module:name" of it"""
@@ -35,7 +36,8 @@ class Component:
     # ---- what it does not go with, and what is said of it -------------------------------------------------------
 
     owns: tuple[str, ...] = ()
-    """what only one component at a time may have"""
+    """what only one component at a time may have: "the deformation of particles", "the spare number of a node", "the
+    velocity fields of nodes", "the contact of surfaces", "the weight of columns" """
     beside: tuple[str, ...] = ()
     """what it does not go with: tables of a scene, keys and values, 'water.scheme = "v_w"', or names of
     `setup.refusals.FEATURES`"""
@@ -66,8 +68,9 @@ class Component:
     events: tuple[str, ...] = ()
     """kinds of events that act on it"""
     fills: str = ""
-    """of (scene, body, `particles.population.Population` of its particles) -> the same with particles of the
-    component's own, of materials behind those of the scene"""
+    """of (scene, body, `particles.population.Population` of its particles) -> the same with what they start with in
+    the columns of the component (`Population.columns`), or with particles of its own, of materials behind those of the
+    scene"""
     laws: str = ""
     """of model -> the laws of these materials"""
     fields: Callable[[Any], Any] | None = None

@@ -13,9 +13,10 @@ __all__ = ["FREE", "MASS", "SECOND", "SPARE", "STENCILS", "TILE", "FieldPairs", 
 
 
 class Inlined:
-    """Functions of a component that the kernels of a step contain. Equal ones (by hash) share their kernels.
+    """Functions of a component that the kernels of a step contain.
 
-    column: of a particle, that they are about; keeps: whether they change it.
+    A subclass is a frozen dataclass: its numbers are constants of the kernels, other ones compile others.
+    column: of a particle, that they are about; keeps: whether `gradient` changes it, so that kernels store it.
     """
 
     column = ""
@@ -34,6 +35,6 @@ class Inlined:
         """Taichi function of the velocity gradient before the law: (L, v, ratio, own, dt, dx) -> L, own.
 
         L [1/s], v [m/s]: of the nodes at the particle; ratio: J before the step; own: the numbers of its column; dt [s]
-        and dx [m]. None: the component has none.
+        and dx [m]. One component has it at a time ("the deformation of particles"). None: the component has none.
         """
         return None

@@ -20,7 +20,8 @@ class Adapter:
 
     name = ""
     columns: Mapping[str, int] = {}
-    """numbers that a particle carries for it, by the name of their column"""
+    """numbers that a particle carries for it, by the name of their column: kept in checkpoints, 0 at the start where
+    `components.contract.Component.fills` gives none"""
     mass_column = ""
     """of these columns, the one whose first number is a mass per reference volume [kg/m3] that particles have beside
     that of their material"""
@@ -34,7 +35,13 @@ class Adapter:
     """what the kernels of a step contain of it, as its method says (`mpm.kernel_api.Inlined`)"""
 
     def begin(self, solver: Any) -> None:
-        """The solver has its particles and grid, and its clock is at zero."""
+        """The solver has its particles and grid, and its clock is at zero.
+
+        A component reads `solver.dim`, `dx`, `precision`, `gravity`, `time`, `particles`, `damping_factor` (below 1
+        while an initial state settles). What particles carry: `table = particles.table()`, `columns =
+        particles.layout.columns(name)`, `particles.overwrite(table)`; a kernel that writes `particles.reals` itself
+        ends with `particles.changes += 1`, so that what was derived from the particles is derived anew.
+        """
 
     def before_step(self, dt: float, pushed: float) -> float:
         """Nothing of a step of dt [s] is done; -> the time for which forces act in it [s], in place of `pushed`."""
@@ -89,10 +96,10 @@ class Adapter:
         """The particles have moved."""
 
     def after_step(self, dt: float) -> None:
-        """All forces have acted, and nothing of the step is booked yet."""
+        """All forces have acted, and nothing of the step is booked yet: the last moment for a force."""
 
     def end_step(self, dt: float) -> None:
-        """All else of the step is done, and the clock has not advanced yet."""
+        """All else of the step is done, and the clock has not advanced yet: the moment for what changes with time."""
 
     def limit_dt(self, dt: float, critical: float, elastic: float) -> float:
         """A step of dt [s], made short enough; critical, elastic: the cfl at which waves grow, and that of dt."""
