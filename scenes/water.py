@@ -81,7 +81,7 @@ def _usual() -> str | None:
 def _known_scheme(value: Any) -> Any:
     """The table, if its scheme is one of WATER."""
     scheme = value.get("scheme", _usual()) if isinstance(value, dict) else _usual()
-    if scheme not in WATER:
+    if not isinstance(scheme, str) or scheme not in WATER:
         raise refuse("must be " + " or ".join(f'"{name}"' for name in WATER), "scheme", scheme)
     return value
 

@@ -31,8 +31,8 @@ class Registry(Mapping[str, Any]):
     by: dict[str, str]
     """the module that added an entry, by name"""
 
-    def __init__(self, what: str, home: str, key: str = "kind") -> None:
-        self.what, self.home, self.key = what, home, key
+    def __init__(self, what: str, home: str, key: str = "kind", needs: str = "") -> None:
+        self.what, self.home, self.key, self.needs = what, home, key, needs
         self._entries: dict[str, Any] = {}
         self.by = {}
 
@@ -40,6 +40,8 @@ class Registry(Mapping[str, Any]):
         """Add an entry of the module `by`, and return it; usable as a decorator. Raises InputError where the name is
         taken, unless by the same class, which a notebook defines anew."""
         name = self.name_of(entry)
+        if self.needs and not any(self.needs in vars(base) for base in entry.__mro__):
+            raise InputError(f"{entry!r}: {self.needs} is missing, which names what it does in a run")
         known = self._entries.get(name)
         if known is not None and (self.by[name], _class_of(known)) != (by, _class_of(entry)):
             raise InputError(f"{self.what} {name!r}: there is one already, of {self.by[name]}")
@@ -109,7 +111,7 @@ class Member:
 
 LAWS = Registry("law", "snowmpm.materials")
 GROUND_LAWS = Registry("law of ground friction", "snowmpm.ground", "law")
-EVENTS = Registry("event", "snowmpm.scenes.events")
+EVENTS = Registry("event", "snowmpm.scenes.events", needs="ACTS")
 FORCES = Registry("force", "snowmpm.scenes.forces")
 SHAPES = Registry("shape of a body", "snowmpm.scenes.shapes")
 WATER = Registry("scheme of water", "snowmpm.components", "scheme")

@@ -89,6 +89,7 @@ def new(
     from snowmpm.scenes import load_scene, starts
     from snowmpm.scenes.edited import edited
     from snowmpm.setup.first_scene import scene_on_ground
+    from snowmpm.setup.refusals import refuse_beyond
 
     told = []
     if like:
@@ -104,7 +105,7 @@ def new(
     with draft(file) as part:
         part.write_bytes(text.encode())
         try:
-            load_scene(part)
+            refuse_beyond(load_scene(part))
         except InputError as error:
             raise InputError(str(error).replace(str(part), str(file))) from None
     print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} --render"]))

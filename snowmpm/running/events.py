@@ -111,14 +111,18 @@ class BodyLoad(Push):
     def __init__(self, spec, body, dx):
         super().__init__(spec, body)
         self._given = 0.0  # impulse on the body so far over the full force [s]
-        self._count, self._mass = -1, 0.0  # number of particles when the body's mass [kg] was last summed
+        self._mass, self._of = 0.0, (-1, 0.0)
+        """of the body [kg], and the number and mass of all particles when it was last summed: water comes and goes"""
 
     def state(self):
-        return {**super().state(), "given": self._given}
+        return {**super().state(), "given": self._given, "mass": self._mass, "of": self._of}
 
     def restore(self, state):
         super().restore(state)
         self._given = state["given"]
+        if "mass" in state:  # checkpoints of older versions have none
+            self._mass, (count, mass) = float(state["mass"]), state["of"]
+            self._of = int(count), float(mass)
 
     def apply(self, simulation):
         spec = self._spec
@@ -128,8 +132,9 @@ class BodyLoad(Push):
             return
         grows = min(time, spec.ramp)
         given = time - grows + (0.5 * grows**2 / spec.ramp if spec.ramp > 0.0 else 0.0)
-        if self._count != simulation.n_particles:
-            self._count, fields = simulation.n_particles, simulation.particles
+        particles = simulation.solver.particles
+        if self._of != (particles.count, particles.mass):
+            self._of, fields = (particles.count, particles.mass), simulation.particles
             self._mass = float(fields["mass"][fields["body"] == self._body].sum())
         if self._mass > 0.0:
             gain = (given - self._given) / self._mass * np.asarray(spec.force)

@@ -91,7 +91,7 @@ def refuse_beyond(scene):
                 if i == 0:
                     raise
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
-    for refusals in (_switches, _zone, _uncomputed, _cracks, _averaged_hats, _beside_components, _narrow_bins):
+    for refusals in (_switches, _zone, _uncomputed, _cuts, _cracks, _averaged_hats, _beside_components, _narrow_bins):
         for key, value, allowed in refusals(scene):
             raise InputError.at(key, value, allowed, scene.source)
 
@@ -134,6 +134,17 @@ def _uncomputed(scene):
         for key, value in law.of_components.items():
             if f"materials.{name}.{key}" not in asked:
                 yield f"materials.{name}.{key}", value, "needs a component that is not installed"
+    if scene.water is not None and not any(key.startswith("water.") for key in asked):
+        yield "water.scheme", scene.water.scheme, "needs a component that is not installed"
+
+
+def _cuts(scene):
+    """Refusals of saw cuts of what has no bonds that a cut could sever."""
+    materials = {body.name: scene.materials[body.material] for body in scene.bodies}
+    for i, event in enumerate(scene.events):
+        if event.kind == "cut" and materials[event.body].severed_state() is None:
+            yield (f"events.{i}.body", event.body,
+                   f"cannot be cut: {materials[event.body].kind} has no bonds to lose")
 
 
 def _narrow_bins(scene):

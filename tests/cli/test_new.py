@@ -151,6 +151,7 @@ def test_copy_of_a_library_scene_brings_its_files(call):
         (("first", "--release", "area.geojson"), "--terrain"),
         (("first", "--method", "depth"), "--terrain"),
         (("first", "--like", "pst", "--terrain", "slope.stl"), "--like"),
+        (("first", "--like", "slush_dam_2d", "--set", 'solver.transfer="apic"'), 'must be "aflip" or "flip"'),
         (("taken",), "--overwrite"),
     ],
 )

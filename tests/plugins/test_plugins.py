@@ -127,6 +127,8 @@ def test_check_says_that_its_cost_is_assumed(here, call):
     (None, "no such file"), ("1 / 0", "cannot be loaded (ZeroDivisionError: division by zero)"),
     ("def", "cannot be loaded (SyntaxError: "), ("raise SystemExit(0)", "cannot be loaded (SystemExit: 0)"),
     ("import snowmpm\nsnowmpm.register(5)", "5: no law, event"),
+    ("from typing import Literal\nimport snowmpm\nfrom snowmpm.scenes.events import Event\n"
+     "class Boom(Event):\n    kind: Literal['boom']\nsnowmpm.register(Boom)", "ACTS is missing"),
 ])
 def test_a_plugin_that_cannot_be_loaded_is_refused_before_anything_is_written(here, call, content, says):
     if content is not None:

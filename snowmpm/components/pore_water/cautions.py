@@ -71,8 +71,10 @@ def drainage(facts):
 def fast_flow(facts):
     """Water that flows by its weight too fast for Darcy's law."""
     water = facts.scene.water
-    size = water.permeability.get("grain_size") if water and law_of(water.permeability) != NUMBER else None
-    if size is None or water.scheme != "u_p":
+    if water is None or water.scheme != "u_p" or law_of(water.permeability) == NUMBER:
+        return
+    size = water.permeability.get("grain_size")
+    if size is None:
         return
     speed = _permeability(facts).max() * water.density * facts.gravity / water.viscosity
     reynolds = water.density * speed * size / water.viscosity

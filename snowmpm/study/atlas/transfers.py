@@ -4,7 +4,7 @@ import numpy as np
 
 from snowmpm.materials import Elastic
 from snowmpm.particles.population import Population
-from snowmpm.schemes import BASES
+from snowmpm.schemes import BASES, TRANSFERS
 from snowmpm.study.atlas.entry import Entry
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import Scheme, free_solver, lattice
@@ -86,7 +86,7 @@ def spin_lost(flip_ratio, transfer):
     omega = 1e-2 * LAW.wave_speed() / radius
     solver = free_solver(x, volumes, LAW, Scheme(transfer, flip_ratio), DX, reach=8 * DX,
                          velocities=omega * np.stack([-x[:, 1], x[:, 0]], axis=1))
-    if transfer in ("apic", "aflip"):
+    if TRANSFERS[transfer].affine:
         ParticleStates(solver).set(affine=np.tile([0.0, -omega, omega, 0.0], (len(x), 1)))
     start = _spin(solver)
     while omega * solver.time < 0.02 * np.pi:

@@ -7,6 +7,7 @@ import numpy as np
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
+from snowmpm.schemes import TRANSFERS
 from snowmpm.sph.courant import critical_cfl as critical_sph_cfl
 from snowmpm.sph.courant import usual_cfl as usual_sph_cfl
 from snowmpm.sph.solver import SphSolver
@@ -68,7 +69,7 @@ class Scheme:
     @property
     def affine(self):
         """Whether particles hand their velocity gradient on."""
-        return self.method == "mpm" and self.transfer in ("apic", "aflip")
+        return self.method == "mpm" and TRANSFERS[self.transfer].affine
 
     def __str__(self):
         if self.method == "sph":

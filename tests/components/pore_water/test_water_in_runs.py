@@ -76,6 +76,22 @@ def test_a_resumed_run_is_the_same_to_the_bit(tmp_path):
     assert_same(whole.audit(), other.audit())
 
 
+def test_a_load_on_a_body_stays_itself_while_it_rains(tmp_path):
+    """The body is 7 % heavier after it, and the impulse is F t. Another start from a checkpoint gives the same bits."""
+    scene = load_scene(SCENE, {"end_time": 0.08, "water.suction": 0.0, "events": [
+        {"kind": "rain", "rate": 2000.0}, {"kind": "load", "body": "slab", "force": [500.0, 0.0]}]})
+    whole = to(Simulation(scene), 0.03)
+    first = whole.audit()["mass"]
+    checkpoint.save(whole, tmp_path / "one.npz")
+    other = Simulation(scene)
+    checkpoint.restore(other, tmp_path / "one.npz")
+    for simulation in (whole, other):
+        to(simulation, 0.06)
+        row = simulation.audit()
+        assert row["mass"] > 1.05 * first and row["momentum_residual"] < 1e-12
+    assert_same(whole.solver.state(), other.solver.state())
+
+
 def test_water_settles_with_the_snow():
     """A saturated layer at rest under its buoyant weight: hydrostatic water, effective stress of the rest."""
     scene = load_scene(SCENE, {

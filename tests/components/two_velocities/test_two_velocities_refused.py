@@ -38,6 +38,9 @@ shape = { kind = "layer", bottom = 0.0, top = 0.4, region = { x = [0.0, 1.0] } }
 
 
 @pytest.mark.parametrize(("changes", "key"), [
+    ({"water.scheme": ["v_w"]}, "water.scheme"),
+    ({"water.scheme": {"a": 1}}, "water.scheme"),
+    ({"events": [{"kind": "cut", "body": "slab", "path": [[0.0, 0.0], [1.0, 0.0]]}]}, "events.0.body"),
     ({"water.permeability": 0.0}, "water.permeability"),
     ({"water.permeability": -1e-9}, "water.permeability"),
     ({"water.permeability": {"file": "k.asc"}}, "water.permeability"),
