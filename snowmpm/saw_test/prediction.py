@@ -12,7 +12,7 @@ def column_of(scene):
 
 def uncounted_by_theories(scene):
     """Loads of a scene that act on its saw test and that the theories neglect."""
-    return [name for name in ("forces", "damping", "events", "obstacles") if scene[name]]
+    return [name for name in ("forces", "damping", "events", "obstacles") if scene.get(name)]
 
 
 def elastic_predictions(scene):

@@ -39,8 +39,6 @@ def plane(**changes):
     ({"obstacles": [{**WALL, "motion": {"velocity": [1.0, 0.0, 0.0]}}]}, "obstacles.0.motion"),
     ({"events": [LOAD]}, "events.0.kind"),
     ({"events": [CUT]}, "events.0.kind"),
-    ({"forces": [{"kind": "acceleration", "value": ["0.1", "0.0", "0.0"]}]}, "forces.0.kind"),
-    ({"damping": {"coefficient": 1.0}}, "damping.coefficient"),
     ({"terrain__contact": "stick"}, "terrain.contact"),
     ({"domain__boundary": "stick"}, "domain.boundary"),
     ({"domain__boundary": {"x_min": "separate"}}, "domain.boundary.x_min"),
