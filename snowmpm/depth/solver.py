@@ -64,7 +64,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         numbers; obstacles: `solids.Obstacle`s whose loads are wanted; adapters: of the components at work."""
         self.precision, self.options, self.adapters = precision, options, Adapters(adapters)
         self.gravity = np.asarray(gravity, float)
-        if np.abs(self.gravity[:2]).max() > 0.0 or not self.gravity[2] < 0.0:
+        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
         self.frame = Frame(3, precision, lower, dx, lower, upper)
         first, last = _aligned(lower, upper, dx, terrain)
@@ -273,7 +273,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
     def course(self, end_time, interval):
         """`Course` of a run from now, by blocks that slide down from where columns are."""
         store, grid = self.particles, self.grid
-        if store.count == 0:
+        if store.count == 0 or self.gravity[2] == 0.0:
             return None
         snapshot = store.snapshot()
         chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))

@@ -12,6 +12,7 @@ import pytest
 from snowmpm import load_scene
 from snowmpm.advice.budget import PARALLEL, WITHIN, Budget
 from snowmpm.advice.calibration import Speed, measured_speed
+from snowmpm.advice.report import advise
 from snowmpm.measured import costs
 from snowmpm.scenes.library import library
 from tests.support.scene_runs import budget_of, forecast, measured, rows
@@ -128,3 +129,8 @@ def test_the_speed_of_this_machine_is_found_quickly():
     found = measured_speed()
     assert time.process_time() - began < 0.5
     assert 0.02 < found.vector < 20.0 and 5.0 < found.python < 5000.0 and np.isfinite(found.vector)
+
+
+def test_a_flow_without_gravity_has_no_course():
+    scene = load_scene("avalanche_depth_averaged", {"gravity": 0.0})
+    assert advise(scene).facts["run_time"] > 0.0

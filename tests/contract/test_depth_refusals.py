@@ -43,7 +43,6 @@ def plane(**changes):
     ({"domain__boundary": "stick"}, "domain.boundary"),
     ({"domain__boundary": {"x_min": "separate"}}, "domain.boundary.x_min"),
     ({"gravity": [1.0, 0.0, -9.81]}, "gravity"),
-    ({"gravity": 0.0}, "gravity"),
     ({"initial": {"stress": "settle"}}, "initial.stress"),
     ({"initial": {"stress": "isotropic", "pressure": 1e3}}, "initial.stress"),
     ({"terrain": None, "domain__boundary": "slip", "bodies": [{"name": "release", "material": "snow", "shape": {
