@@ -28,6 +28,8 @@ class Registry(Mapping[str, Any]):
     what: str
     home: str
     key: str
+    needs: str
+    """attribute that each entry has, besides"""
     by: dict[str, str]
     """the module that added an entry, by name"""
 
