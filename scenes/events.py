@@ -64,7 +64,8 @@ class Load(Event):
     radius: Positive | None = None
     """of that part [m]"""
     force: Vector
-    """total force [N]; in 2-D per metre of width [N/m]"""
+    """total force [N]; in 2-D per metre of width [N/m]. With a centre, of the snow that is there when the load starts:
+    snow and water that come in later are accelerated alike"""
 
     @model_validator(mode="after")
     def _ends_after_it_starts(self):

@@ -151,11 +151,12 @@ def open_table(name, *tables):
 
 
 def extend(component, *names):
-    """Give tables of a scene, all by default, the keys that a component adds; -> those that have changed."""
+    """Give tables of a scene, all by default, the keys that a component adds; -> those that have changed. Raises
+    InputError for a place where no component may add keys."""
     changed = set()
+    if not names and (unknown := [name for name in component.keys if name not in _tables]):
+        raise InputError(f"component {component.name}: keys at {unknown[0]!r}: must be at {', '.join(_tables)}")
     for name, keys in component.keys.items():
-        if name not in _tables and not names:
-            raise ValueError(f"component {component.name}: keys at {name!r}: must be at {', '.join(_tables)}")
         if name in (names or component.keys):
             for table in _tables[name]:
                 table.model_fields.update(keys.model_fields)

@@ -13,8 +13,8 @@ from snowmpm.particles.store import IDENTITY, MATERIAL
 class MaterialPoints:
     """Columns of particles (n, ...): cells [cells], velocity [m/s], volume at the reference [m3], mass [kg], material,
     number, h, tau [Pa] (n, 4 or 6), state, ratio J, affine (n, dim, dim) [1/s]; around: pressure around the snow [Pa]
-    (n,), None without; columns: of components, by name; terms: `balance.Term`s, strain: (mesh, matter) ->
-    `balance.Strain` of components."""
+    (n,), None without; columns: of components, by name; terms: `kernel_api.Term`s, strain: (mesh, matter) ->
+    `kernel_api.Strain` of components."""
 
     cells: np.ndarray
     velocity: np.ndarray

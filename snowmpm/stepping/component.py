@@ -70,10 +70,10 @@ class Adapter:
         """The nodes have what the particles gave them."""
 
     def terms(self, matter: Any, time: float) -> Any:
-        """Of steps that are solved for: `implicit.balance.Term` of the equations of a step that ends at `time` [s]."""
+        """Of steps that are solved for: `implicit.kernel_api.Term` of the equations of one that ends at `time` [s]."""
 
     def strain(self, mesh: Any, matter: Any) -> Any:
-        """Of steps that are solved for: `implicit.balance.Strain`, what laws see of the deformation of the nodes."""
+        """Of steps that are solved for: `implicit.kernel_api.Strain`, what laws see of the deformation of the nodes."""
 
     def meet_surfaces(self, dt: float) -> bool:
         """Let bodies and surfaces act on the nodes in place of the solver; -> whether it did."""

@@ -6,11 +6,9 @@ CHECKS take the name of a method.
 import numpy as np
 import pytest
 
-from snowmpm.io import checkpoint
-from snowmpm.io.archive import read_archive
 from snowmpm.running.simulation import Simulation
 from tests.contract import method_examples as given
-from tests.support.same_runs import assert_same
+from tests.support.same_runs import assert_goes_on_alike
 
 MIDDLE, END = 0.006, 0.015
 """[s] of the eventful scene: while both loads act; when a body was taken out, snow left its blocks and met the wall."""
@@ -145,14 +143,7 @@ def loads_and_pushes_are_booked(method):
 
 
 def a_resumed_run_is_the_same_to_the_bit(method, folder):
-    whole = reach(Simulation(given.eventful(method)), MIDDLE)
-    checkpoint.save(whole, folder / "one.npz")
-    other = Simulation(given.eventful(method))
-    checkpoint.restore(other, folder / "one.npz")
-    for simulation, name in ((whole, "whole.npz"), (other, "other.npz")):
-        checkpoint.save(reach(simulation, END), folder / name)
-    assert_same(read_archive(folder / "whole.npz")["simulation"], read_archive(folder / "other.npz")["simulation"])
-    assert_same(whole.audit(), other.audit())
+    assert_goes_on_alike(reach(Simulation(given.eventful(method)), MIDDLE), END, folder)
 
 
 def float32_follows_float64(method):

@@ -129,6 +129,9 @@ def test_check_says_that_its_cost_is_assumed(here, call):
     ("import snowmpm\nsnowmpm.register(5)", "5: no law, event"),
     ("from typing import Literal\nimport snowmpm\nfrom snowmpm.scenes.events import Event\n"
      "class Boom(Event):\n    kind: Literal['boom']\nsnowmpm.register(Boom)", "ACTS is missing"),
+    ("import snowmpm\nfrom snowmpm.components.contract import Component\n"
+     "snowmpm.register(Component('warmth', '', 'warmth', lambda scene: (), 1, {'initial': None}))",
+     "keys at 'initial': must be at "),
 ])
 def test_a_plugin_that_cannot_be_loaded_is_refused_before_anything_is_written(here, call, content, says):
     if content is not None:

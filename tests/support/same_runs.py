@@ -45,6 +45,22 @@ def assert_same(one, other, path=""):
         assert one == other, path
 
 
+def assert_goes_on_alike(whole, until, folder, resumed=None):
+    """A `Simulation` and another one of its scene, restored from its checkpoint as it is now, are equal to the last bit
+    at the time `until` [s]; -> the other one. resumed: what `Simulation` takes of this name."""
+    checkpoint.save(whole, folder / "one.npz")
+    other = snowmpm.Simulation(whole.scene, resumed=resumed)
+    checkpoint.restore(other, folder / "one.npz")
+    for simulation, name in ((whole, "whole.npz"), (other, "other.npz")):
+        while simulation.time < until:
+            simulation.step(until=until)
+        checkpoint.save(simulation, folder / name)
+    one, two = (read_archive(folder / name)["simulation"] for name in ("whole.npz", "other.npz"))
+    assert_same(one, two)
+    assert_same(whole.audit(), other.audit())
+    return other
+
+
 def assert_same_runs(folder, other):
     """Final state, frames, history and summary are equal to the last bit."""
     assert_same(particles(folder), particles(other))

@@ -5,12 +5,10 @@ import pytest
 
 import snowmpm
 from snowmpm.errors import InputError
-from snowmpm.io import checkpoint
-from snowmpm.io.archive import read_archive
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
-from tests.support.same_runs import assert_same
+from tests.support.same_runs import assert_goes_on_alike
 
 LEVEL, PORES, DRY = 0.5, 0.55, 450.0
 WET = DRY + PORES * LEVEL * 1000.0
@@ -102,14 +100,7 @@ def test_a_resumed_run_is_the_same_to_the_bit(tmp_path):
         "kind": "layer", "bottom": 0.0, "top": 0.5, "region": {"x": [2.0, 6.0]}}}], end_time=8.0)
     whole = to(Simulation(chosen), 5.0)
     assert whole.audit()["removed_water"] > 0.0
-    checkpoint.save(whole, tmp_path / "one.npz")
-    other = Simulation(chosen)
-    checkpoint.restore(other, tmp_path / "one.npz")
-    for simulation, name in ((whole, "whole.npz"), (other, "other.npz")):
-        checkpoint.save(to(simulation, 6.5), tmp_path / name)
-    one, two = (read_archive(tmp_path / name)["simulation"] for name in ("whole.npz", "other.npz"))
-    assert_same(one, two)
-    assert_same(whole.audit(), other.audit())
+    assert_goes_on_alike(whole, 6.5, tmp_path)
 
 
 def test_a_forecast_slides_further_on_wet_ground():

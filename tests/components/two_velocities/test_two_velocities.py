@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from snowmpm.io import checkpoint
-from snowmpm.io.archive import read_archive
-from snowmpm.running.simulation import Simulation
 from snowmpm.water.drag import Darcy, Forchheimer
-from tests.support.same_runs import assert_same
+from tests.support.same_runs import assert_goes_on_alike
 from tests.support.soaked_column import consolidation, terzaghi
 from tests.support.two_velocities import DX, MEDIUM, around, in_tub, phases, run_to, set_velocities
 from tests.support.water_masses import assert_masses_close, audited
@@ -99,14 +96,7 @@ def test_rain_falls_on_soil_and_runs_through_it():
 def test_rain_goes_on_after_a_resume_to_the_bit(tmp_path):
     whole = rained(0.5)
     assert whole.audit()["added_water"] > 0.0
-    checkpoint.save(whole, tmp_path / "one.npz")
-    other = Simulation(whole.scene)
-    checkpoint.restore(other, tmp_path / "one.npz")
-    for simulation, name in ((whole, "whole.npz"), (other, "other.npz")):
-        checkpoint.save(run_to(simulation, 0.9), tmp_path / name)
-    one, two = (read_archive(tmp_path / name)["simulation"] for name in ("whole.npz", "other.npz"))
-    assert_same(one, two)
-    assert_same(whole.audit(), other.audit())
+    assert_goes_on_alike(whole, 0.9, tmp_path)
 
 
 def consolidating(dx, bulk_modulus, T, wide=4):
@@ -194,11 +184,4 @@ def test_water_in_the_soil_fills_its_pores(pooled):
 
 def test_a_resumed_run_is_the_same_to_the_bit(tmp_path):
     whole = run_to(in_tub(*TUB, gravity=9.81), 0.03)
-    checkpoint.save(whole, tmp_path / "one.npz")
-    other = Simulation(whole.scene)
-    checkpoint.restore(other, tmp_path / "one.npz")
-    for simulation, name in ((whole, "whole.npz"), (other, "other.npz")):
-        checkpoint.save(run_to(simulation, 0.06), tmp_path / name)
-    one, two = (read_archive(tmp_path / name)["simulation"] for name in ("whole.npz", "other.npz"))
-    assert_same(one, two)
-    assert_same(whole.audit(), other.audit())
+    assert_goes_on_alike(whole, 0.06, tmp_path)

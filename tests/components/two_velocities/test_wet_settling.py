@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from snowmpm.io import checkpoint
-from snowmpm.io.archive import read_archive
 from snowmpm.running.simulation import Simulation
-from tests.support.same_runs import assert_same
+from tests.support.same_runs import assert_goes_on_alike
 from tests.support.two_velocities import DX, in_tub, phases, run_to, scene
 from tests.support.water_masses import assert_masses_close, audited
 
@@ -80,12 +78,5 @@ def test_goes_on_to_the_bit_without_settling_anew(tmp_path):
     rain = {"events": [{"kind": "rain", "rate": 2000.0}]}
     whole = run_to(soaked(**SETTLE, **rain), 0.02)
     assert whole.audit()["added_water"] > 0.0
-    checkpoint.save(whole, tmp_path / "one.npz")
-    other = Simulation(whole.scene, resumed=tmp_path)  # does not settle
-    assert other.settling_steps == 0 < whole.settling_steps
-    checkpoint.restore(other, tmp_path / "one.npz")
-    for simulation, name in ((whole, "whole.npz"), (other, "other.npz")):
-        checkpoint.save(run_to(simulation, 0.03), tmp_path / name)
-    one, two = (read_archive(tmp_path / name)["simulation"] for name in ("whole.npz", "other.npz"))
-    assert_same(one, two)
-    assert_same(whole.audit(), other.audit())
+    other = assert_goes_on_alike(whole, 0.03, tmp_path, resumed=tmp_path)
+    assert other.settling_steps == 0 < whole.settling_steps  # it does not settle
