@@ -7,7 +7,6 @@ import pytest
 
 from snowmpm.compiler import runtime
 from snowmpm.errors import InputError
-from snowmpm.io import checkpoint
 from snowmpm.mpm.contact.node_weight import node_weight
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
@@ -16,8 +15,9 @@ from snowmpm.study.atlas.transfers import SLOPES
 from snowmpm.study.problems.schemes import Scheme
 from snowmpm.study.problems.self_weight_column import SNOW, SOFT, column_errors
 from tests.contract import method_examples as given
-from tests.contract.method_suite import END, MIDDLE, assert_same, reach
+from tests.contract.method_suite import END, MIDDLE, reach
 from tests.support.mpm_block import ICE
+from tests.support.same_runs import assert_goes_on_alike
 from tests.support.tiles import node_places, put, tiles_of
 
 HATS = ("gimp", "linear")
@@ -71,14 +71,8 @@ def test_cells_that_are_crossed_spoil_what_the_hat_does():
 def test_a_run_goes_on_to_the_bit_and_its_momentum_is_accounted_for(kernel, tmp_path):
     scene = given.eventful("mpm", solver={"kernel": kernel, "gradient": "shape", "transfer": "flip"})
     whole = reach(Simulation(scene), MIDDLE)
-    checkpoint.save(whole, tmp_path / "one.npz")
-    other = Simulation(scene)
-    checkpoint.restore(other, tmp_path / "one.npz")
-    for simulation in (whole, other):
-        reach(simulation, END)
-        assert simulation.audit()["momentum_residual"] < 1e-11
-    assert_same(whole.audit(), other.audit())
-    assert_same(whole.solver.state(), other.solver.state())
+    assert_goes_on_alike(whole, END, tmp_path)
+    assert whole.audit()["momentum_residual"] < 1e-11
 
 
 @pytest.mark.parametrize(("keys", "words"), [
