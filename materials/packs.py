@@ -98,14 +98,14 @@ def held_numbers(vector_update, entries):
 
 
 @ti.func
-def update_pack(vector_update: ti.template(), prm: ti.template(), dt, h: ti.template(), state: ti.template(),
-                A: ti.template(), tau: ti.template(), work: ti.template(), iterations: ti.template(),
-                held: ti.template()):  # fmt: skip
+def update_pack(vector_update: ti.template(), prm: ti.template(), dt, pack: ti.template()):
     """`vector_update`, a law's straight-line update, for all lanes, which share their parameters.
 
-    Lanes where iterations[lane] is REDO keep h and state: `update_lane` must follow. Lanes that hold no particle may
-    hold anything. held: `held_numbers` arrays or more.
+    pack: by name, arrays of a number a lane: h, state, A, read; h, tau, state, written; "held", `held_numbers` of them
+    or more, for the law itself; "work" and "iterations", a vector each, written. Lanes where iterations[lane] is REDO
+    keep h and state: `update_lane` must follow. Lanes that hold no particle may hold anything.
     """
+    h, state, A, held = ti.static(pack["h"], pack["state"], pack["A"], pack["held"])
     if ti.static(isinstance(vector_update, StagedUpdate)):
         for lane in range(LANES):
             numbers = vector_update.begin(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane),
@@ -127,19 +127,19 @@ def update_pack(vector_update: ti.template(), prm: ti.template(), dt, h: ti.temp
                 h_new, stress, state_new, dissipation, count = vector_update.end(
                     prm, read_lane(state, lane), _held_of(vector_update, held, h, lane), True
                 )
-                _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
+                _write_result(pack, lane, h_new, stress, state_new, dissipation, count)
         else:
             for lane in range(LANES):
                 h_new, stress, state_new, dissipation, count = vector_update.end(
                     prm, read_lane(state, lane), _held_of(vector_update, held, h, lane), False
                 )
-                _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
+                _write_result(pack, lane, h_new, stress, state_new, dissipation, count)
     else:
         for lane in range(LANES):
             h_new, stress, state_new, dissipation, count = vector_update(
                 prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt
             )
-            _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
+            _write_result(pack, lane, h_new, stress, state_new, dissipation, count)
 
 
 @ti.func
@@ -158,25 +158,23 @@ def _held_of(vector_update: ti.template(), held: ti.template(), h: ti.template()
 
 
 @ti.func
-def _write_result(lane, h_new, stress, state_new, dissipation, count, h: ti.template(), state: ti.template(),
-                  tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
+def _write_result(pack: ti.template(), lane, h_new, stress, state_new, dissipation, count):
     redo = count == REDO
-    write_lane(h, lane, ti.select(redo, read_lane(h, lane), h_new))
-    write_lane(tau, lane, stress)
-    write_lane(state, lane, ti.select(redo, read_lane(state, lane), state_new))
-    work[lane] = dissipation
-    iterations[lane] = count
+    write_lane(pack["h"], lane, ti.select(redo, read_lane(pack["h"], lane), h_new))
+    write_lane(pack["tau"], lane, stress)
+    write_lane(pack["state"], lane, ti.select(redo, read_lane(pack["state"], lane), state_new))
+    pack["work"][lane] = dissipation
+    pack["iterations"][lane] = count
 
 
 @ti.func
-def update_lane(update: ti.template(), lane, prm: ti.template(), dt, h: ti.template(), state: ti.template(),
-                A: ti.template(), tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
-    """`update`, a law's update of one particle, for one lane."""
+def update_lane(update: ti.template(), lane, prm: ti.template(), dt, pack: ti.template()):
+    """`update`, a law's update of one particle, for one lane of a pack as `update_pack` takes it."""
     h_new, stress, state_new, dissipation, count = update(
-        prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt
+        prm, read_lane(pack["h"], lane), read_lane(pack["state"], lane), read_matrix_lane(pack["A"], lane), dt
     )
-    write_lane(h, lane, h_new)
-    write_lane(tau, lane, stress)
-    write_lane(state, lane, state_new)
-    work[lane] = dissipation
-    iterations[lane] = count
+    write_lane(pack["h"], lane, h_new)
+    write_lane(pack["tau"], lane, stress)
+    write_lane(pack["state"], lane, state_new)
+    pack["work"][lane] = dissipation
+    pack["iterations"][lane] = count

@@ -32,6 +32,8 @@ def _update_kernel(update, vector_update, names, dimension, precision, n_state):
     tensor = ti.types.vector(size(dimension), real)
     internal = ti.types.vector(n_state, real)
     gradient = ti.types.matrix(dimension, dimension, real)
+    columns = (("h", size(dimension)), ("tau", size(dimension)), ("state", n_state), ("A", dimension**2),
+               ("held", held_numbers(vector_update, size(dimension))))
 
     @ti.kernel
     def update_all(
@@ -78,31 +80,25 @@ def _update_kernel(update, vector_update, names, dimension, precision, n_state):
             numbers = ti.Vector([parameters[k] for k in ti.static(range(len(names._fields)))])
             first = pack * LANES
             count = ti.min(increments.shape[0] - first, LANES)
-            h_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(size(dimension)))]
-            tau_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(size(dimension)))]
-            state_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(n_state))]
-            A_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(dimension**2))]
-            held_p = [ti.Vector.zero(real, LANES)
-                      for _ in ti.static(range(held_numbers(vector_update, size(dimension))))]
-            work_p, count_p = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
+            blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
+            states = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)} | {
+                "work": blank, "iterations": count_blank}
             for lane in range(count):
-                write_lane(h_p, lane, h[first + lane])
-                write_lane(state_p, lane, state[first + lane])
+                write_lane(states["h"], lane, h[first + lane])
+                write_lane(states["state"], lane, state[first + lane])
             for step in range(increments.shape[1]):
                 for lane in range(count):
-                    write_matrix_lane(A_p, lane, increments[first + lane, step])
-                update_pack(vector_update, named(names, numbers), dt, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
+                    write_matrix_lane(states["A"], lane, increments[first + lane, step])
+                update_pack(vector_update, named(names, numbers), dt, states)
                 for lane in range(count):
-                    if count_p[lane] == REDO:
-                        update_lane(
-                            update, lane, named(names, numbers), dt, h_p, state_p, A_p, tau_p, work_p, count_p
-                        )
+                    if states["iterations"][lane] == REDO:
+                        update_lane(update, lane, named(names, numbers), dt, states)
                 for lane in range(count):
-                    h_path[first + lane, step] = read_lane(h_p, lane)
-                    stress[first + lane, step] = read_lane(tau_p, lane)
-                    state_path[first + lane, step] = read_lane(state_p, lane)
-                    dissipation[first + lane, step] = work_p[lane]
-                    iterations[first + lane, step] = count_p[lane]
+                    h_path[first + lane, step] = read_lane(states["h"], lane)
+                    stress[first + lane, step] = read_lane(states["tau"], lane)
+                    state_path[first + lane, step] = read_lane(states["state"], lane)
+                    dissipation[first + lane, step] = states["work"][lane]
+                    iterations[first + lane, step] = states["iterations"][lane]
 
     return update_all if vector_update is None else update_packs
 

@@ -14,13 +14,11 @@ from tests.support.project import ROOT
 MOST = 8
 LATER = "written before groups, none of it is grouped yet"
 SLOWER = "with groups a step of 1e4 particles in 2-D took 2 % longer (3-D: the same), 1 % being allowed"
-UNPROVEN = "same bits in four cases with groups; copied walls and the like were not compared"
 FORMULA = "scalars of one formula, each with the name that the source gives it"
 LAW = "what the update of every law takes and gives, lane by lane"
 EXCEPTIONS = {
     "materials/ellipse.py": (FORMULA, {"return_to_ellipse", "straight_step", "straight_point", "newton_step"}),
     "materials/rate_integration.py": (FORMULA, {"integrate"}),
-    "materials/packs.py": (LAW, {"update_pack", "_write_result", "update_lane"}),
     "materials/stress_update.py": (LAW, {"update_all", "update_packs"}),
     "snowmpm/components/forest_and_deposition/deposit.py": (LATER, {"lay"}),
     "snowmpm/depth/gather.py": (LATER, {"gather"}),
@@ -37,19 +35,9 @@ EXCEPTIONS = {
     "snowmpm/mpm/transfer/scatter.py": (SLOWER, {"scatter_particle", "scatter_atomic"}),
     "snowmpm/mpm/transfer/scatter_packs.py": (SLOWER, {"scatter_blocks"}),
     "snowmpm/particles/blocks.py": (LATER, {"count_moves"}),
-    "snowmpm/particles/law_packs.py": (SLOWER, {"apply_laws"}),
     "snowmpm/particles/plan_sums.py": (LATER, {"add_up"}),
     "snowmpm/particles/probe.py": (LATER, {"probe"}),
     "snowmpm/particles/severing.py": (LATER, {"sever"}),
-    "snowmpm/sph/dummy_rows.py": (LATER, {"carry"}),
-    "snowmpm/sph/extrapolation.py": (LATER, {"write_dummy", "extrapolate_pack", "extrapolate"}),
-    "snowmpm/sph/momentum.py": (UNPROVEN, {"kick", "accelerate", "add_run"}),
-    "snowmpm/sph/neighbours.py": (LATER, {"find_pack", "find"}),
-    "snowmpm/sph/operators.py": (LATER, {"operate"}),
-    "snowmpm/sph/row_cache.py": (LATER, {"write_rows", "correct"}),
-    "snowmpm/sph/row_writing.py": (LATER, {"store_row"}),
-    "snowmpm/sph/surface_forces.py": (LATER, {"apply_contact", "apply_loads"}),
-    "snowmpm/sph/update.py": (LATER, {"write_pack", "update_pack", "update"}),
     "snowmpm/terrain/distance.py": (LATER, {"signed_distances"}),
     "snowmpm/terrain/nearest.py": (LATER, {"bin_gap", "nearest_facet"}),
 }

@@ -36,6 +36,7 @@ from snowmpm.stepping.contract import (
     Totals,
     Workload,
 )
+from snowmpm.stepping.setting import Setting
 from snowmpm.stepping.time_step import Extremes
 
 USUAL_CFL, CRITICAL_CFL = 0.5, 1.0
@@ -58,24 +59,27 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
     particles: Columns
     _start: Any
 
-    def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
-                 sides, obstacles=(), adapters=()):
-        """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
-        numbers; obstacles: `solids.Obstacle`s whose loads are wanted; adapters: of the components at work."""
-        self.precision, self.options, self.adapters = precision, options, Adapters(adapters)
-        self.gravity = np.asarray(gravity, float)
+    def __init__(self, population, laws, options, *, friction, **setting):
+        """friction: `ground.friction.GroundFriction`, or a law whose parameters are all numbers; setting: fields of
+        `Setting`, of which the obstacles are those whose loads are wanted."""
+        given = Setting(**setting)
+        terrain, sides, dx, precision = given.terrain, given.walls, given.dx, given.precision
+        self.precision, self.options, self.adapters = precision, options, Adapters(given.adapters)
+        self.gravity = np.asarray(given.gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
-        self.frame = Frame(3, precision, lower, dx, lower, upper)
-        first, last = _aligned(lower, upper, dx, terrain)
+        self.frame = Frame(3, precision, given.lower, dx, given.lower, given.upper)
+        first, last = _aligned(given.lower, given.upper, dx, terrain)
         self.grid = PlanGrid(first, last, dx, [side[0] == "periodic" for side in sides[:2]])
         self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
         self._load: Any = next((one.load for one in self.adapters if one.load), None)
         self.particles = Columns(population, laws, self.grid, self.bed, precision, self._load)
-        self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
+        self.cfl, self._advective = given.cfl or USUAL_CFL, given.cfl or USUAL_ADVECTIVE
         self._tables(friction, sides, population)
         mean = self.particles.mass / max(float(population.volumes.sum()), 1e-300)
-        self._gauges = Gauges(obstacles, self.grid, self.bed, -float(self.gravity[2]), mean) if obstacles else None
+        self._gauges = None
+        if given.obstacles:
+            self._gauges = Gauges(given.obstacles, self.grid, self.bed, -float(self.gravity[2]), mean)
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged = 0.0, 0, 0
         self._wave = self._first_wave()
@@ -83,14 +87,11 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         self.restart_clock()
 
     @classmethod
-    def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
-           obstacles=(), terrain_friction=None, adapters=(), **others):
+    def of(cls, population, laws, options, *, terrain_friction=None, **setting):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
-        if terrain is None:
+        if setting["terrain"] is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
-        return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
-                   cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides, obstacles=obstacles,
-                   adapters=adapters)
+        return cls(population, laws, options, friction=terrain_friction, **setting)
 
     def _tables(self, friction, sides, population):
         """What kernels read beside the columns."""

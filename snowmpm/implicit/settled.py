@@ -20,9 +20,9 @@ from snowmpm.implicit.balance import Balance
 from snowmpm.implicit.material_points import MaterialPoints
 from snowmpm.implicit.step_solver import Grid, Rules, StepSolver
 from snowmpm.implicit.surfaces import surfaces_of
-from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.stepping.component import Adapters
+from snowmpm.stepping.setting import Setting
 
 ROUNDS = 8
 
@@ -43,22 +43,20 @@ class Settled:
     iterations: int
 
 
-def settle(population, laws, chosen, *, tolerance, dx, origin, lower, upper, gravity, terrain=None,
-           terrain_contact="stick", sides=None, obstacles=(), adapters=lambda method: (), **others):
+def settle(population, laws, chosen, *, tolerance, adapters=lambda method: (), **setting):
     """`Settled` of a `Population` for explicit MPM with the choices of a scene's solver table; None where no balance is
     found, or the surfaces are not only such that hold.
 
-    adapters: method -> those of the components at work; the rest as `mpm.solver.MpmSolver` takes it.
+    adapters: method -> those of the components at work; setting: fields of `Setting`.
     """
-    dim = len(origin)
-    sides = sides or [["open", "open"]] * dim
-    if len(obstacles) or not np.any(gravity) or population.field.any() or any(
-            name not in HELD for ends in sides for name in ends) or (
-            terrain is not None and terrain_contact != "stick"):
+    given = replace(Setting(**setting), precision="f64", terrain_friction=0.0)
+    if len(given.obstacles) or not np.any(given.gravity) or population.field.any() or any(
+            name not in HELD for ends in given.walls for name in ends) or (
+            given.terrain is not None and given.terrain_contact != "stick"):
         return None
-    frame = Frame(dim, "f64", origin, dx, lower, upper)
+    frame, dx, weight = given.frame(), given.dx, np.asarray(given.gravity, float)
     materials = MaterialTable(laws, "f64")
-    surfaces = surfaces_of(frame, terrain, terrain_contact, sides)
+    surfaces = surfaces_of(frame, given)
     acting = Adapters(adapters("implicit"))
     rules = Rules("quasi_static", tolerance=1e-3 * tolerance, iterations=15)
     # All nodes of explicit MPM are free, faint ones too; where these have no balance, they follow
@@ -67,7 +65,7 @@ def settle(population, laws, chosen, *, tolerance, dx, origin, lower, upper, gra
         matter = MaterialPoints.of_population(population, materials, frame.origin, dx)
         matter.velocity[:] = 0.0
         matter.strain = next(iter(acting.strain), None)
-        found = _balanced(StepSolver(grid, rules, materials), matter, np.asarray(gravity, float), SHARE * tolerance)
+        found = _balanced(StepSolver(grid, rules, materials), matter, weight, SHARE * tolerance)
         if found:
             return Settled(_as_population(population, matter, frame), *found)
     return None

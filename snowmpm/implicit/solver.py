@@ -12,12 +12,12 @@ from snowmpm.implicit.step_solver import Grid, Rules, StepSolver
 from snowmpm.implicit.surfaces import surfaces_of
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE
-from snowmpm.particles.coordinates import Frame
-from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.particles.sorted_particles import SortedParticles, Sorting
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import StepLimits, Workload
 from snowmpm.stepping.method import Severing, Solver
+from snowmpm.stepping.setting import Setting
 from snowmpm.stepping.time_step import DEFORMATION_LIMIT, Extremes
 
 USUAL_ADVECTIVE = 0.5
@@ -30,34 +30,28 @@ TO_THE_NEXT_FRAME = 1e6
 class ImplicitSolver(Solver, Severing):
     """Particles, and steps of them that `StepSolver` solves."""
 
-    def __init__(self, population, laws, choices, options, *, dx, precision, origin, lower, upper, gravity, cfl=None,
-                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), adapters=()):
+    def __init__(self, population, laws, choices, options, **setting):
         """choices: kernel, gradient, transfer, flip_ratio, as of a scene's solver table; options: its table implicit
-        (`scenes.numerics.Implicit`); terrain_friction: Coulomb mu [-]; obstacles: at rest; adapters: of the components
-        at work; the rest as
-        `mpm.solver.MpmSolver` takes it."""
-        self.dim, self.dx, self.precision, self.options = len(origin), dx, precision, options
-        self.adapters = Adapters(adapters)
+        (`scenes.numerics.Implicit`); setting: fields of `Setting`, obstacles at rest."""
+        given = Setting(**setting)
+        self.dim, self.dx, self.precision, self.options = given.dim, given.dx, given.precision, options
+        self.adapters = Adapters(given.adapters)
         self.at_rest = options.time == "quasi_static"
-        self.frame = Frame(self.dim, precision, origin, dx, lower, upper)
-        sides = sides or [["open", "open"]] * self.dim
-        period = self.frame.period(sides)
+        self.frame = given.frame()
+        period = self.frame.period(given.walls)
         moving = TRANSFERS[choices.transfer]
-        grid = Grid(dx, self.frame.origin, choices.kernel, choices.gradient,
-                    surfaces_of(self.frame, terrain, terrain_contact, sides, terrain_friction, obstacles),
+        grid = Grid(self.dx, self.frame.origin, choices.kernel, choices.gradient, surfaces_of(self.frame, given),
                     period=EDGE[self.dim] * period)
         rules = Rules(options.time, options.tolerance, options.iterations, options.linear, options.damping,
                       choices.flip_ratio if moving.flip else 0.0)
         self.scheme_name = f"implicit MPM ({options.time})"
-        self.cfl = cfl or USUAL_ADVECTIVE
+        self.cfl = given.cfl or USUAL_ADVECTIVE
         self.critical_cfl = math.inf
         self.surfaces = []
         self.particles = SortedParticles(
-            population, laws, dx=dx, precision=precision, origin=self.frame.origin,
-            limits=self.frame.limits(period), gravity=gravity,
-            drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0, period=period,
-            **self.adapters.of_particles)
-        self._begin(population, gravity)
+            population, laws, self.frame, given.gravity, Sorting(STENCILS[choices.kernel].drift_limit), period,
+            self.adapters.of_particles)
+        self._begin(population, given.gravity)
         self.step_solver = StepSolver(grid, rules, self.particles.materials)
         self._acceleration = np.zeros((len(population.volumes), self.dim))
         self._held_impulse = np.zeros(self.dim)
@@ -66,7 +60,7 @@ class ImplicitSolver(Solver, Severing):
         self.lines, self.spared = 0, 0
         """lines of contact that touched, and those of them that a rule settled (`touch`), added up over all steps"""
         self._may_part = any(not surface.fixed for surface in grid.surfaces)
-        self._given, self._pressing = np.zeros((2, len(obstacles), self.dim + (1 if self.dim == 2 else 3)))
+        self._given, self._pressing = np.zeros((2, len(given.obstacles), self.dim + (1 if self.dim == 2 else 3)))
         self._fresh, self._scene_loads = True, []
         self.passed: Any = None
         """`step_solver.StepResult` of the last step"""

@@ -25,11 +25,11 @@ class Surface(NamedTuple):
         return self.obstacle < 0 and (self.code == STICK or (self.code == SLIP and self.friction == 0.0))
 
 
-def surfaces_of(frame, terrain, contact, sides, friction=0.0, obstacles=()):
-    """`Surface`s of a terrain (object with `query`, or None) with its contact and friction, of sides, (dim, 2) names,
-    and of `solids.Obstacle`s at rest."""
-    found = []
-    if terrain is not None:
+def surfaces_of(frame, setting):
+    """`Surface`s of the terrain, the sides and the obstacles, at rest, of a `Setting`."""
+    found, sides = [], setting.walls
+    if setting.ground:
+        terrain, contact, friction = setting.ground
         code = CODES[contact]
         found.append(Surface(_of_query(frame, terrain.query), code, 0.0 if code == STICK else friction))
     levels = np.stack([frame.lower, frame.upper], axis=1)
@@ -38,7 +38,7 @@ def surfaces_of(frame, terrain, contact, sides, friction=0.0, obstacles=()):
             if sides[axis][end] not in ("open", "periodic"):
                 found.append(Surface(_of_side(frame.dim, axis, 1 - 2 * end, levels[axis, end]),
                                      CODES[sides[axis][end]]))
-    for i, obstacle in enumerate(obstacles):
+    for i, obstacle in enumerate(setting.obstacles):
         centre = (obstacle.motion.pose(0.0).centre - frame.origin) / frame.dx
         found.append(Surface(_of_query(frame, _at_rest(obstacle)), obstacle.code,
                              0.0 if obstacle.code == STICK else obstacle.friction, i, centre))

@@ -15,12 +15,13 @@ from snowmpm.mpm.grid_update import grid_kernels
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
-from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.particles.sorted_particles import SortedParticles, Sorting
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
 from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Within, Workload
 from snowmpm.stepping.method import Damped, Severing, Solver
+from snowmpm.stepping.setting import Setting
 from snowmpm.stepping.time_step import BREAKING_CFL, USUAL_ADVECTIVE, critical_cfl, grain_stiffness, usual_cfl
 
 PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
@@ -32,25 +33,19 @@ class MpmSolver(Solver, Severing, Damped, Within):
 
     BAD = "is no longer finite, turned inside out or crossed more than a cell in a step"
 
-    def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
-                 terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None, expected=0, adapters=()):
-        """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
+    def __init__(self, population, laws, *, transfer="apic", flip_ratio=0.97, kernel="quadratic", gradient="affine",
+                 atomic=None, **setting):
+        """population: `Population`; laws: one per material index; setting: fields of `Setting`.
 
-        terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
-        obstacles: `solids.Obstacle`s.
-        cfl: share of a cell that a wave or a particle may cross in a step, by default the usual one of
-        `time_step`, which follows the state.
         kernel: a name of `schemes.BASES`; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
-        sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
-        must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
-        atomic: scatter with atomics, the GPU way; by default as the backend asks.
-        expected: how many particles there will be, of a solver that receives some. adapters: of the components at work.
+        atomic: scatter with atomics, the GPU way; by default as the backend asks. By default cfl follows the state
+        (`time_step`).
         """
-        self.dim = dim = len(origin)
-        self.adapters = Adapters(adapters)
-        self.dx, self.precision, self._real = dx, precision, runtime.DTYPES[precision][0]
+        given = Setting(**setting)
+        self.dim = dim = given.dim
+        self.adapters = Adapters(given.adapters)
+        self.dx, self.precision, self._real = given.dx, given.precision, runtime.DTYPES[given.precision][0]
         self.atomic = runtime.fine_grained() if atomic is None else atomic
         moving = TRANSFERS[transfer]
         self.flip, self._hands_on = moving.flip, moving.affine
@@ -60,23 +55,21 @@ class MpmSolver(Solver, Severing, Damped, Within):
         self.scheme_name = f"{transfer} ({kernel} kernel, {gradient} gradient, {dim}-D, these materials)"
         self.critical_cfl = critical_cfl(kernel, gradient, transfer, stiffness)
         self.usual_cfl = usual_cfl(self.critical_cfl)
-        self.cfl = cfl or self.usual_cfl
-        self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
-        self.advective_cfl = cfl or min(USUAL_ADVECTIVE, self.cfl)
-        frame = self.frame = GridFrame(dim, precision, origin, dx, lower, upper)
-        sides = sides or [["open", "open"]] * dim
-        period = frame.period(sides)
-        self.boundary = Boundary(frame, sides, obstacles,
-                                 None if terrain is None else (terrain, terrain_contact, terrain_friction))
+        self.cfl = given.cfl or self.usual_cfl
+        self.breaking_cfl = given.cfl or min(BREAKING_CFL, self.cfl)
+        self.advective_cfl = given.cfl or min(USUAL_ADVECTIVE, self.cfl)
+        frame = self.frame = given.frame(GridFrame)
+        period = frame.period(given.walls)
+        self.boundary = Boundary(frame, given.walls, given.obstacles, given.ground)
         self.surfaces, self.obstacles = self.boundary.surfaces, self.boundary.obstacles
         self.particles = SortedParticles(
-            population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
-            period=period, keep_block_of=self.atomic, **self.adapters.of_particles)
-        self._begin(population, gravity)
-        self.serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
+            population, laws, frame, given.gravity,
+            Sorting(STENCILS[kernel].drift_limit, self.second_moment(), self.atomic), period,
+            self.adapters.of_particles)
+        self._begin(population, given.gravity)
+        self.serial = runs_serially(PARTICLE_TIME[dim] * max(given.expected, len(population.volumes)))
         fields = next((make(self, population) for make in self.adapters.field_pairs), None)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, fields, joins=not (fields or period.any()),
+        self.grid = TileGrid(dim, self.precision, self.surfaces, self.flip, fields, joins=not (fields or period.any()),
                              adapters=self.adapters)
         self._bind_kernels()
         self._reports: Any = None

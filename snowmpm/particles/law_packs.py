@@ -15,12 +15,11 @@ def most_held(laws, entries, width=LANES):
 
 @functools.cache
 def law_functions(layout, real, laws, width=LANES):
-    """`apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)`.
+    """`apply_laws(pack, first, count, material, materials, law_of, dt)`.
 
     width: lanes of a pack; in packs of other widths than LANES the particles are taken one by one.
-    laws: `LawFunctions` of a scene. pack: arrays of a number a lane by name; read: h, state, A; written: h, state, tau
-    and, where a law stiffens, strain and wave2, where one has bonds, breaks; held: `most_held` arrays for the laws
-    themselves.
+    laws: `LawFunctions` of a scene. pack: as `packs.update_pack` takes it, with `most_held` arrays "held"; written too,
+    where a law stiffens, strain and wave2, where one has bonds, breaks.
     """
     n_laws, updates, vector_update = len(laws), [law.update for law in laws], [law.vector_update for law in laws]
     has_vector_update = [function is not None and width == LANES for function in vector_update]
@@ -29,37 +28,35 @@ def law_functions(layout, real, laws, width=LANES):
     particle = response_functions(layout, real, laws)
 
     @ti.func
-    def apply_laws(pack: ti.template(), work: ti.template(), iterations: ti.template(), first, count,
-                   material: ti.template(), materials: ti.template(), law_of: ti.template(), dt):
+    def apply_laws(pack: ti.template(), first, count, material: ti.template(), materials: ti.template(),
+                   law_of: ti.template(), dt):
         """A pack of one material at once as far as its law can, everything else particle by particle."""
         common, alike = ti.cast(material[first], ti.i32), 1
         for lane in range(count):
-            iterations[lane] = REDO
+            pack["iterations"][lane] = REDO
             if material[first + lane] != common:
                 alike = 0
         if alike == 1:
             for k in ti.static(range(n_laws)):
                 if ti.static(has_vector_update[k]):  # noqa: SIM102 (one is compile time)
                     if law_of[common] == k:
-                        update_pack(vector_update[k], particle.parameters_of(k, materials, common), dt, pack["h"],
-                                    pack["state"], pack["A"], pack["tau"], work, iterations, pack["held"])
+                        update_pack(vector_update[k], particle.parameters_of(k, materials, common), dt, pack)
         left = 0
         for lane in range(width):
-            left += ti.select(iterations[lane] == REDO, 1, 0)
+            left += ti.select(pack["iterations"][lane] == REDO, 1, 0)
         some_left = left > 0 or ti.static(some_stiffen or some_bonded)
         for lane in range(ti.select(some_left, count, 0)):
             own = ti.cast(material[first + lane], ti.i32)
             for k in ti.static(range(n_laws)):
                 if law_of[own] == k:
-                    if iterations[lane] == REDO:
-                        update_lane(updates[k], lane, particle.parameters_of(k, materials, own), dt, pack["h"],
-                                    pack["state"], pack["A"], pack["tau"], work, iterations)
+                    if pack["iterations"][lane] == REDO:
+                        update_lane(updates[k], lane, particle.parameters_of(k, materials, own), dt, pack)
                     if ti.static(some_stiffen):
                         strain, wave2 = particle.extremes_of_law(k, materials, own, read_lane(pack["h"], lane),
                                                         read_lane(pack["tau"], lane), read_lane(pack["state"], lane))
                         pack["strain"][0][lane], pack["wave2"][0][lane] = strain, wave2
                     if ti.static(some_bonded):
                         pack["breaks"][0][lane] = particle.breaks(k, materials, own, read_lane(pack["state"], lane),
-                                                                  work[lane])
+                                                                  pack["work"][lane])
 
     return apply_laws

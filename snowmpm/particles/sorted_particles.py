@@ -1,11 +1,14 @@
 """The particles of a simulation in the order of the blocks that own them; what left is accounted for."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import Rows, int_array, real_array
 from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
+from snowmpm.particles.arrays import ParticleArrays
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, fields_of, sort_kernels
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
@@ -23,6 +26,15 @@ ROUND_OFF = 1e-3
 """Cells by which a particle may seem to be beyond its limit."""
 
 
+class Sorting(NamedTuple):
+    """drift_limit: `Stencil.drift_limit`; second_moment: D [m2] of the affine transfer, for the kinetic energy of those
+    that leave; keep_block_of: whether the block of each particle is kept."""
+
+    drift_limit: float
+    second_moment: float = 0.0
+    keep_block_of: bool = False
+
+
 class SortedParticles(ParticleStore, Particles):
     """A particle store whose rows follow the blocks of `blocks` (`BlockMap`), and its materials.
 
@@ -36,25 +48,22 @@ class SortedParticles(ParticleStore, Particles):
     blocks are those of the start or of a checkpoint.
     """
 
-    def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
-                 period=None, keep_block_of=False, columns=(), mass_column=""):
-        """limits: (lower, upper) cells beyond which a particle has left; drift_limit: `Stencil.drift_limit`;
-        second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s;
-        columns: of components (name, numbers), zero where the population has none of that name; mass_column:
-        `Layout`'s.
-        """
-        self.dim = len(origin)
-        self.dx, self.origin = dx, np.asarray(origin, float)
+    def __init__(self, population, laws, frame, gravity, sorting, period=None, carried=None):
+        """frame: `Frame`; sorting: `Sorting`; period: `BlockMap`'s; carried: columns of components, (name, numbers),
+        zero where the population has none of that name, and mass_column, as `Layout` takes them."""
+        self.dim, self.dx, self.origin = frame.dim, frame.dx, frame.origin
+        dx, precision, carried = frame.dx, frame.precision, carried or {"columns": (), "mass_column": ""}
         self.materials = MaterialTable(laws, precision)
-        self._limits, self._second_moment = limits, second_moment
-        self._bounds = [real_array(limit) for limit in limits]
-        self._drift_limit, self._keep_block_of = drift_limit, keep_block_of
+        self._drift_limit, self._second_moment, self._keep_block_of = sorting
         self._period = np.zeros(self.dim, np.int64) if period is None else period
+        self._limits = frame.limits(self._period)
+        self._bounds = [real_array(limit) for limit in self._limits]
         self.repeats = self._period > 0
         self._gravity = np.where(self.repeats, 0.0, gravity)
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
-        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), tuple(columns), mass_column)
+        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), tuple(carried["columns"]),
+                        carried["mass_column"])
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)
@@ -96,6 +105,12 @@ class SortedParticles(ParticleStore, Particles):
         self.chunk_bounds = int_array(chunk_bounds(np.diff(blocks.start) + BLOCK_COST))
         if self._keep_block_of:
             self.block_of = int_array(np.repeat(np.arange(len(blocks)), np.diff(blocks.start)))
+
+    @property
+    def arrays(self):
+        """What kernels take of the particles and their materials."""
+        return ParticleArrays(self.reals, self.slot_offset, self.material, self.materials.numbers,
+                              self.materials.law_of)
 
     def weightless(self):
         """Leave the potential energy out of what is removed: gravity changes, and its work is added up elsewhere."""

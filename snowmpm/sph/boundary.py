@@ -11,7 +11,7 @@ import numpy as np
 
 from snowmpm.compiler.arrays import real_array
 from snowmpm.sph.dummies import Dummies, seed_dummies
-from snowmpm.sph.dummy_rows import DummyRows
+from snowmpm.sph.dummy_rows import DummyRows, Walls
 from snowmpm.sph.surface_forces import tally_width
 from snowmpm.stepping.contact_velocity import CODES
 
@@ -42,14 +42,15 @@ class Surface:
 class Boundary:
     """Surfaces of a domain and their dummies, whose rows follow those of the particles."""
 
-    def __init__(self, frame, reach, *, terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=(),
-                 obstacles=(), period=None, first_row=0):
-        """reach [cells]: support of the kernel; sides (dim, 2) names; obstacles: `solids.Obstacle`s."""
+    def __init__(self, frame, reach, *, ground=None, sides=(), obstacles=(), period=None, first_row=0):
+        """reach [cells]: support of the kernel; ground: terrain, its contact and friction; sides (dim, 2) names;
+        obstacles: `solids.Obstacle`s."""
         self.frame, self.reach, self.period = frame, reach, period
         self.dim = dim = frame.dim
         self.surfaces = []
-        if terrain is not None:
-            self.surfaces.append(Surface(terrain_contact, terrain_friction, query=_cells(frame, terrain.query)))
+        if ground is not None:
+            terrain, contact, friction = ground
+            self.surfaces.append(Surface(contact, friction, query=_cells(frame, terrain.query)))
         for axis, ends in enumerate(sides):
             for end, name in enumerate(ends):
                 if name in ("open", "periodic"):
@@ -71,6 +72,11 @@ class Boundary:
         self.table = real_array([*table, [0.0, 0.0, 0.0]])
         """Contact code, friction, whether a mirror, of each surface; last: loads."""
         self.dummies = DummyRows(self._seed(int(np.ceil(reach))), self.surfaces, frame, period, first_row)
+
+    @property
+    def walls(self):
+        """What kernels read of surfaces and dummies."""
+        return Walls(self.dummies.frames, self.dummies.surface_of, self.dummies.first_row, self.table)
 
     # ---- seeding ----------------------------------------------------------------------------------------------
 

@@ -2,21 +2,42 @@
 
 import functools
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.particles.blocks import EDGE, BlockMap
 from snowmpm.sph.candidates import Group
+from snowmpm.sph.rows import RowTables
 
 PIECE = 65_536
 """Dummies that are written at a time."""
 PLACING = 72
 """Bytes that a coordinate of a dummy takes where it was seeded, or while it is sorted (measured)."""
+
+
+class Walls(NamedTuple):
+    """What kernels read of dummies and surfaces: `DummyRows.frames`, `surface_of` and `first_row`, `Boundary.table`."""
+
+    frames: Array
+    surface_of: Array
+    first_dummy: int
+    surfaces: Array
+
+
+class Placed(NamedTuple):
+    """Dummies of one surface: numbers on the solid (`Part.body`), their blocks, and its pose; row of the first one
+    among all dummies, and how many they are."""
+
+    body: Array
+    blocks: Array
+    pose: Array
+    begin: int
+    count: int
 
 
 @dataclass
@@ -98,8 +119,8 @@ class DummyRows:
     def _put(self, part, rows, time, first=0):
         """Write rows of a part, from its `first` on."""
         numbers = real_array(np.concatenate([np.ravel(one) for one in self._pose(part.surface, time)]))
-        self._carry(part.body, part.owner_block, numbers, self._frame.dx, self.first_row, part.begin + first,
-                    part.body.shape[0], self.frames, rows.source, rows.moved)
+        self._carry(Placed(part.body, part.owner_block, numbers, part.begin + first, part.body.shape[0]),
+                    self._frame.dx, self.first_row, self.frames, rows.tables)
 
     def _pose(self, s, time):
         """Rotation, shift, centre [cells], velocity [m/s], angular velocity [rad/s] of a surface."""
@@ -136,31 +157,29 @@ def carry_kernel(dim, real):
     edge = EDGE[dim]
     at_shift, at_centre, at_velocity, at_omega = dim * dim, dim * dim + dim, dim * dim + 2 * dim, dim * dim + 3 * dim
 
-    @taichi_kernel
-    def carry(body: ti.types.ndarray(), blocks: ti.types.ndarray(), pose: ti.types.ndarray(), dx: ti.f64,
-              first_row: int, begin: int, count: int, frames: ti.types.ndarray(), source: ti.types.ndarray(),
-              moved: ti.types.ndarray()):
-        for q in range(count):
-            k = begin + q
+    @grouped_kernel(ti.f64)
+    def carry(placed: Placed, dx: Real, first_row: int, frames: Array, rows: RowTables):
+        for q in range(placed.count):
+            k = placed.begin + q
             x, n, arm = ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim)
             for a in ti.static(range(dim)):
-                x[a] = pose[at_shift + a]
+                x[a] = placed.pose[at_shift + a]
                 for b in ti.static(range(dim)):
-                    x[a] += pose[dim * a + b] * body[q, b]
-                    n[a] += pose[dim * a + b] * body[q, dim + b]
-            v = ti.Vector([pose[at_velocity + a] for a in ti.static(range(dim))])
+                    x[a] += placed.pose[dim * a + b] * placed.body[q, b]
+                    n[a] += placed.pose[dim * a + b] * placed.body[q, dim + b]
+            v = ti.Vector([placed.pose[at_velocity + a] for a in ti.static(range(dim))])
             for a in ti.static(range(dim)):
-                arm[a] = dx * (x[a] + body[q, 2 * dim] * n[a] - pose[at_centre + a])
+                arm[a] = dx * (x[a] + placed.body[q, 2 * dim] * n[a] - placed.pose[at_centre + a])
             if ti.static(dim == 2):
-                v += pose[at_omega] * ti.Vector([-arm[1], arm[0]])
+                v += placed.pose[at_omega] * ti.Vector([-arm[1], arm[0]])
             else:
-                v += ti.Vector([pose[at_omega + a] for a in ti.static(range(3))]).cross(arm)
+                v += ti.Vector([placed.pose[at_omega + a] for a in ti.static(range(3))]).cross(arm)
             for a in ti.static(range(dim)):
-                local = ti.cast(x[a] - edge * blocks[q, a], real)
-                source[first_row + k][a] = local
-                moved[first_row + k][a] = local
+                local = ti.cast(x[a] - edge * placed.blocks[q, a], real)
+                rows.source[first_row + k][a] = local
+                rows.moved[first_row + k][a] = local
                 frames[k][a], frames[k][dim + 1 + a] = ti.cast(n[a], real), ti.cast(v[a], real)
-            frames[k][dim] = ti.cast(body[q, 2 * dim], real)
-            frames[k][2 * dim + 1] = ti.cast(body[q, 2 * dim + 1], real)
+            frames[k][dim] = ti.cast(placed.body[q, 2 * dim], real)
+            frames[k][2 * dim + 1] = ti.cast(placed.body[q, 2 * dim + 1], real)
 
     return carry

@@ -24,12 +24,13 @@ A dummy of a surface that separates takes no part while its particles leave it w
 import functools
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
+from snowmpm.sph.dummy_rows import Walls
 from snowmpm.sph.lengths import kernel_functions
-from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.neighbours import COUNT, FIRST, Lists
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK
 
@@ -41,21 +42,21 @@ LEAST_SHARE = 1e-3
 
 
 @functools.cache
-def extrapolation_kernel(layout, real, width, kernel, radius, lengths, form, walls, moved_rows, serial):
+def extrapolation_kernel(layout, real, width, support, form, wall_stress, moved_rows, serial):
     """Kernel that fills the rows of dummies: `source` rows, or with moved_rows the velocity of `moved` rows alone.
     serial: by one thread."""
     dim, at, n_stress, pairs = layout.dim, layout.at, layout.n_stress, layout.pairs
     pair = pair_functions(layout)
-    smooth = kernel_functions(kernel, radius, lengths, dim)
+    smooth = kernel_functions(support, dim)
     columns = (("x", dim), ("n", dim), ("sum", 1), ("sum_x", dim), ("sum_v", dim), ("sum_S", n_stress), ("rho", 1),
                ("z", 1), ("least", 1))
 
     @ti.func
-    def read_pack(pack: ti.template(), first, count, rows: ti.template(), frames: ti.template(), first_dummy):
+    def read_pack(pack: ti.template(), first, count, rows: ti.template(), walls: ti.template()):
         for lane in range(width):
             k = first + ti.min(lane, count - 1)
             for a in ti.static(range(dim)):
-                pack["x"][a][lane], pack["n"][a][lane] = rows[k][a], frames[k - first_dummy][a]
+                pack["x"][a][lane], pack["n"][a][lane] = rows[k][a], walls.frames[k - walls.first_dummy][a]
                 pack["sum_x"][a][lane], pack["sum_v"][a][lane] = 0.0, 0.0
             for s in ti.static(range(n_stress)):
                 pack["sum_S"][s][lane] = 0.0
@@ -63,12 +64,11 @@ def extrapolation_kernel(layout, real, width, kernel, radius, lengths, form, wal
             pack["least"][0][lane] = 0.0
 
     @ti.func
-    def add_run(pack: ti.template(), c, begin, end, rows: ti.template(), entries: ti.template(),
-                reals: ti.template()):
-        sign = pair.signs(reals, c)
+    def add_run(pack: ti.template(), c, begin, end, rows: ti.template(), lists: ti.template()):
+        sign = pair.signs(lists.reals, c)
         for e in range(begin, end):
-            row = rows[entries[e]]
-            xj, vj = pair.place(reals, c, row), pair.vector(sign, row, dim)
+            row = rows[lists.entries[e]]
+            xj, vj = pair.place(lists.reals, c, row), pair.vector(sign, row, dim)
             Vj = row[2 * dim] if ti.static(moved_rows) else row[at["V"]]
             Sj, rho, z = ti.Vector.zero(real, n_stress), ti.cast(0.0, real), ti.cast(0.0, real)
             if ti.static(not moved_rows):
@@ -91,22 +91,20 @@ def extrapolation_kernel(layout, real, width, kernel, radius, lengths, form, wal
                     pack["z"][0][lane] += near * z
                     for s in ti.static(range(n_stress)):
                         pack["sum_S"][s][lane] += near * Sj[s]
-                    if ti.static(walls == "most_compressive"):
+                    if ti.static(wall_stress == "most_compressive"):
                         n = read_lane(pack["n"], lane)
                         along = n.dot(pair.times(Sj, n))
                         pack["least"][0][lane] = ti.select((near > 0.0) & (along < pack["least"][0][lane]), along,
                                                            pack["least"][0][lane])
 
     @ti.func
-    def write_dummy(pack: ti.template(), lane, first, rows: ti.template(), source: ti.template(),
-                    frames: ti.template(), first_dummy, surface_of: ti.template(), surfaces: ti.template(),
+    def write_dummy(pack: ti.template(), lane, k, rows: ti.template(), source: ti.template(), walls: ti.template(),
                     gravity: ti.template(), dx):
-        k = first + lane
-        frame, row = frames[k - first_dummy], rows[k]
+        frame, row = walls.frames[k - walls.first_dummy], rows[k]
         n = ti.Vector([frame[a] for a in ti.static(range(dim))])
         v_wall = ti.Vector([frame[dim + 1 + a] for a in ti.static(range(dim))])
         depth, volume = frame[dim], frame[2 * dim + 1]
-        code = ti.cast(surfaces[surface_of[k - first_dummy], 0], ti.i32)
+        code = ti.cast(walls.surfaces[walls.surface_of[k - walls.first_dummy], 0], ti.i32)
         total = pack["sum"][0][lane]
         near = 1.0 / ti.max(total, LEAST_SHARE)
         v, away = near * read_lane(pack["sum_v"], lane), near * read_lane(pack["sum_x"], lane)
@@ -122,7 +120,7 @@ def extrapolation_kernel(layout, real, width, kernel, radius, lengths, form, wal
             row[2 * dim] = source[k][at["V"]]
         else:
             S, rho = near * read_lane(pack["sum_S"], lane), near * pack["rho"][0][lane]
-            if ti.static(walls == "most_compressive"):
+            if ti.static(wall_stress == "most_compressive"):
                 gain = pack["least"][0][lane] - n.dot(pair.times(S, n))
                 for s in ti.static(range(n_stress)):
                     S[s] += gain * n[pairs[s][0]] * n[pairs[s][1]]
@@ -157,32 +155,26 @@ def extrapolation_kernel(layout, real, width, kernel, radius, lengths, form, wal
         rows[k] = row
 
     @ti.func
-    def extrapolate_pack(pack: ti.template(), k, table: ti.template(), rows: ti.template(), source: ti.template(),
-                         entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(),
-                         capacity, most_runs, frames: ti.template(), surface_of: ti.template(), first_dummy,
-                         surfaces: ti.template(), gravity: ti.template(), dx):
-        first, count = table[k, FIRST], table[k, COUNT]
-        read_pack(pack, first, count, rows, frames, first_dummy)
-        begin = k * capacity
-        for q in range(n_runs[k]):
-            end = k * capacity + runs[k * most_runs + q, 1]
-            add_run(pack, runs[k * most_runs + q, 0], begin, end, rows, entries, reals)
+    def extrapolate_pack(pack: ti.template(), k, lists: ti.template(), rows: ti.template(), source: ti.template(),
+                         walls: ti.template(), gravity: ti.template(), dx):
+        first, count = lists.table[k, FIRST], lists.table[k, COUNT]
+        read_pack(pack, first, count, rows, walls)
+        begin = k * lists.capacity
+        for q in range(lists.n_runs[k]):
+            end = k * lists.capacity + lists.runs[k * lists.most_runs + q, 1]
+            add_run(pack, lists.runs[k * lists.most_runs + q, 0], begin, end, rows, lists)
             begin = end
         for lane in range(count):
-            write_dummy(pack, lane, first, rows, source, frames, first_dummy, surface_of, surfaces, gravity, dx)
+            write_dummy(pack, lane, first + lane, rows, source, walls, gravity, dx)
 
-    @taichi_kernel
-    def extrapolate(table: ti.types.ndarray(), rows: ti.types.ndarray(), source: ti.types.ndarray(),
-                    entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-                    reals: ti.types.ndarray(), capacity: int, most_runs: int, frames: ti.types.ndarray(),
-                    surface_of: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
-                    gravity: ti.types.ndarray(), dx: real, n_packs: int, chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def extrapolate(lists: Lists, rows: Array, source: Array, walls: Walls, gravity: Array, dx: Real, n_packs: int,
+                    chunk_bounds: Array):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                extrapolate_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, capacity, most_runs,
-                                 frames, surface_of, first_dummy, surfaces, gravity, dx)
+                extrapolate_pack(pack, k, lists, rows, source, walls, gravity, dx)
         else:
             ti.loop_config(serialize=serial)
             for i in range(chunks(chunk_bounds)):
@@ -191,8 +183,7 @@ def extrapolation_kernel(layout, real, width, kernel, radius, lengths, form, wal
                     blank = ti.Vector.zero(real, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     for k in range(begin, end):
-                        extrapolate_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, capacity,
-                                         most_runs, frames, surface_of, first_dummy, surfaces, gravity, dx)
+                        extrapolate_pack(pack, k, lists, rows, source, walls, gravity, dx)
 
     def extrapolate_packs(*arguments):
         with plain_compilation():
@@ -219,8 +210,7 @@ class Extrapolation:
         self._extrapolate(self._velocities, self._rows.moved)
 
     def _extrapolate(self, kernel, rows):
-        packs, dummies = self._near.dummy_packs, self._boundary.dummies
+        packs = self._near.dummy_packs
         if packs is not None and packs.n:
-            kernel(packs.table, rows, self._rows.source, *self._near.dummy_lists.arguments, dummies.frames,
-                   dummies.surface_of, dummies.first_row, self._boundary.table, self._gravity, self._dx, packs.n,
-                   packs.chunk_bounds)
+            kernel(self._near.dummy_lists.of(packs), rows, self._rows.source, self._boundary.walls, self._gravity,
+                   self._dx, packs.n, packs.chunk_bounds)

@@ -3,8 +3,7 @@
 import math
 from typing import Any
 
-from snowmpm.compiler.runtime import DTYPES
-from snowmpm.sph.momentum import momentum_kernel
+from snowmpm.sph.momentum import Factors, Step, Terms
 from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.tallies import Tallies
 
@@ -18,20 +17,20 @@ def power(scheme, dim):
     return float(kernel.weight(0.0, radius, dim) / kernel.weight(1.0, radius, dim))
 
 
+def terms_of(scheme, layout):
+    """`momentum.Terms` of a scheme for a `RowLayout`."""
+    return Terms(scheme.momentum, power(scheme, layout.dim) if layout.tension else 1.0, scheme.walls, scheme.barrier,
+                 scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
+
+
 class Forces:
     """On the particles of one solver."""
 
-    def __init__(self, rows, near, boundary, scheme, *, gravity, dx, precision, width, serial):
-        """rows: `Rows`; near: `Neighbourhood`; boundary: `Boundary`; scheme: `snowmpm.scenes.Sph`; gravity: array
-        (dim,) [m/s2]; width: lanes of a pack; serial: by one thread."""
+    def __init__(self, rows, near, boundary, scheme, kernel, *, gravity, dx):
+        """rows: `Rows`; near: `Neighbourhood`; boundary: `Boundary`; scheme: `snowmpm.scenes.Sph`; kernel: of the
+        momentum sum; gravity: array (dim,) [m/s2]."""
         self._rows, self._near, self._boundary = rows, near, boundary
-        self._scheme, self._gravity, self._dx = scheme, gravity, dx
-        layout = rows.layout
-        self._kick = momentum_kernel(
-            layout, DTYPES[precision][0], width, scheme.kernel,
-            KERNELS[scheme.kernel].reach * scheme.smoothing, scheme.lengths, scheme.momentum,
-            power(scheme, layout.dim) if layout.tension else 1.0, scheme.walls, scheme.barrier,
-            scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0, serial)
+        self._scheme, self._gravity, self._dx, self._kick = scheme, gravity, dx, kernel
         self._tallies: Any = None
 
     def begin(self, blocks, loaded):
@@ -41,13 +40,10 @@ class Forces:
     def kick(self, dt, damping_factor, loads, n_loads):
         """Velocities after dt [s], times `damping_factor`; -> totals of what surfaces and loads gave, as `Boundary.add`
         takes them, None where they met no particle. loads: array of which n_loads rows count."""
-        near, rows, dummies, tallies, scheme = (
-            self._near, self._rows, self._boundary.dummies, self._tallies, self._scheme)
-        packs, totals = near.packs, tallies.none()
+        near, scheme, tallies, packs = self._near, self._scheme, self._tallies.begin(), self._near.packs
         covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
-        self._kick(packs.table, rows.source, rows.moved, *near.of_particles, near.lists.ints, dummies.frames,
-                   dummies.first_row, self._boundary.table, tallies.corners, loads, n_loads, tallies.sums, tallies.of,
-                   self._gravity, self._dx, dt, damping_factor, scheme.viscosity, scheme.quadratic_viscosity,
-                   scheme.disorder_damping, scheme.confining_pressure, covered, tallies.n, totals, packs.n,
-                   packs.chunk_bounds)
-        return totals if tallies.n else None
+        self._kick(near.of_particles, self._rows.tables, self._boundary.walls, tallies,
+                   Step(self._gravity, loads, n_loads, self._dx, dt, damping_factor),
+                   Factors(scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping,
+                           scheme.confining_pressure, covered), packs.n, packs.chunk_bounds)
+        return tallies.total if tallies.n else None

@@ -16,6 +16,7 @@ from both, since a sum of forces is antisymmetric, and conserves momentum, with 
 
 import functools
 from types import SimpleNamespace
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
 from snowmpm.sph.row_writing import LARGEST_GROWTH
@@ -36,13 +37,23 @@ def largest(lengths, dim):
     return 1.0 if lengths == "constant" else LARGEST_GROWTH ** (1.0 / dim)
 
 
+class Support(NamedTuple):
+    """A smoothing kernel, name of `smoothing.KERNELS`; its radius [cells]; lengths: "constant", "mean" or
+    "harmonic"."""
+
+    kernel: str
+    radius: float
+    lengths: str
+
+
 @functools.cache
-def kernel_functions(kernel, radius, lengths, dim):
-    """Taichi functions of a smoothing kernel: own(V) is s of a particle of the volume V [cells], narrowing(s_i, s_j) is
+def kernel_functions(support, dim):
+    """Taichi functions of a `Support`: own(V) is s of a particle of the volume V [cells], narrowing(s_i, s_j) is
     1 / s of a pair; weight(r, b), slope_over_r(r, b) [cells] with b = 1 / s.
 
-    lengths: "constant", "mean" or "harmonic"; varies: whether they do.
+    varies: whether lengths do.
     """
+    kernel, radius, lengths = support
     weight_of, slope_of = KERNELS[kernel].functions(radius, dim)
     varies, most = lengths != "constant", largest(lengths, dim)
 

@@ -22,34 +22,70 @@ Forces of each surface are summed apart, and it says what becomes of them (`surf
 """
 
 import functools
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
 from snowmpm.sph.candidates import SURFACE
+from snowmpm.sph.dummy_rows import Walls
 from snowmpm.sph.lengths import kernel_functions
-from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST
+from snowmpm.sph.neighbours import COUNT, FIRST, Lists
 from snowmpm.sph.pairs import pair_functions
+from snowmpm.sph.rows import RowTables
 from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.surface_forces import surface_functions, tally_width
+from snowmpm.sph.tallies import Sums
 from snowmpm.sph.viscosity import viscosity_functions
+
+INTO = {"plain": "f", "mirror": "wall", "dummies": "wall"}
+"""Column of a pack to which the rows of a run are added, by how they are seen."""
+
+
+class Step(NamedTuple):
+    """gravity (dim) [m/s2]; loads, of which n_loads rows count; dx [m], dt [s]; damping: factor of the velocities."""
+
+    gravity: Array
+    loads: Array
+    n_loads: int
+    dx: Real
+    dt: Real
+    damping: Real
+
+
+class Factors(NamedTuple):
+    """Of the linear and the quadratic viscosity, and of that of disorder; confining pressure [Pa], and the sum of V W
+    below which a particle is at the free surface."""
+
+    alpha: Real
+    beta: Real
+    gamma: Real
+    pressure: Real
+    threshold: Real
+
+
+class Terms(NamedTuple):
+    """Form of the sum; n of the artificial stress; how dummy particles get their stress; whether walls stop what comes
+    too close, whether there is a confining pressure, whether a quadratic viscosity."""
+
+    form: str
+    power: float
+    wall_stress: str
+    barrier: bool
+    confined: bool
+    viscous: bool
 
 
 @functools.cache
-def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, walls, barrier, confined, viscous,
-                    serial):
-    """Kernel for a `RowLayout` and `width` lanes.
-
-    kernel, radius [cells], lengths: the smoothing; form: of the sum; power: n of the artificial stress; walls: how
-    dummy particles get their stress; barrier: whether walls stop what comes too close; confined, viscous: whether there
-    is a confining pressure, a quadratic viscosity; serial: by one thread.
-    """
+def momentum_kernel(layout, real, width, support, terms, serial):
+    """Kernel for a `RowLayout` and `width` lanes. support: `lengths.Support`; terms: `Terms`; serial: by one thread."""
+    (kernel, radius, _), (form, power, wall_stress, barrier, confined, viscous) = support, terms
     dim, at, n_stress, n_force = layout.dim, layout.at, layout.n_stress, len(layout.force_pairs)
     mask = layout.row_mask
     pair = pair_functions(layout)
-    smooth, half_power = kernel_functions(kernel, radius, lengths, dim), round(2.0 * power)
+    smooth, half_power = kernel_functions(support, dim), round(2.0 * power)
     viscosity = viscosity_functions(radius / KERNELS[kernel].reach, viscous)
     weight_of, _ = KERNELS[kernel].functions(radius, dim)
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
@@ -83,18 +119,20 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
                 pack["s"][0][lane] = smooth.own(row[at["V"]])
 
     @ti.func
-    def add_run(pack: ti.template(), into: ti.template(), seen: ti.template(), c, begin, end, source: ti.template(),
-                entries: ti.template(), reals: ti.template(), frames: ti.template(), first_dummy, alpha, beta, gamma):
-        """Sum of the rows of one run into pack[into]: of particles seen "plain" or in a "mirror", or of "dummies", of
-        these also where they face."""
+    def add_run(pack: ti.template(), seen: ti.template(), run, rows: ti.template(), lists: ti.template(),
+                walls: ti.template(), factors: ti.template()):
+        """Sum of the rows of one run into a column of the pack (`INTO`), of dummies also where they face.
+
+        run: candidate, first and last entry.
+        """
         dummies = ti.static(seen == "dummies")
-        sign = ti.Vector.one(real, dim)
+        c, sign = run[0], ti.Vector.one(real, dim)
         if ti.static(seen != "plain"):
-            sign = pair.signs(reals, c)
-        for e in range(begin, end):
-            j = entries[e]
-            row = source[j & mask]
-            xj, vj, Sj = pair.place(reals, c, row), pair.vector(sign, row, at["v"]), pair.force(sign, row)
+            sign = pair.signs(lists.reals, c)
+        for e in range(run[1], run[2]):
+            j = lists.entries[e]
+            row = rows.source[j & mask]
+            xj, vj, Sj = pair.place(lists.reals, c, row), pair.vector(sign, row, at["v"]), pair.force(sign, row)
             Rj, Dj = ti.Vector.zero(real, n_stress), ti.Vector.zero(real, n_stress)
             if ti.static(layout.tension):
                 Rj = pair.tensor(sign, row, at["R"])
@@ -104,7 +142,7 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
             sj = smooth.own(Vj) if ti.static(smooth.varies) else ti.cast(1.0, real)
             nj, uj, depth = xj * 0.0, xj * 0.0, xj[0] * 0.0
             if ti.static(dummies):
-                frame = frames[j - first_dummy]
+                frame = walls.frames[j - walls.first_dummy]
                 nj, uj, depth = pair.vector(sign, frame, 0), pair.vector(sign, frame, dim + 1), frame[dim]
             for lane in range(width):
                 d = read_lane(pack["x"], lane) - xj
@@ -116,7 +154,7 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
                 ratio = pack["ratio"][0][lane]
                 Si = read_lane(pack["S"], lane)
                 sum_S = Si + Sj
-                if ti.static(dummies and walls == "copied"):
+                if ti.static(dummies and wall_stress == "copied"):
                     sum_S = 2.0 * Si
                 elif ti.static(form == "difference"):
                     sum_S = Sj - Si
@@ -127,12 +165,12 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
                 if ti.static(smooth.varies):  # h s in place of h
                     closing *= b
                     r2 *= b * b
-                viscous_pressure = viscosity.artificial(closing, r2, Vj, mj, ratio, z, alpha, beta)
+                viscous_pressure = viscosity.artificial(closing, r2, Vj, mj, ratio, z, factors.alpha, factors.beta)
                 if ti.static(layout.ordered and not dummies):
                     orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
                     if ti.static(smooth.varies):
                         orderly *= b
-                    viscous_pressure += viscosity.disorder(closing - orderly, r2, Vj, ratio, z, gamma)
+                    viscous_pressure += viscosity.disorder(closing - orderly, r2, Vj, ratio, z, factors.gamma)
                 if ti.static(layout.tension):
                     f = weight_over_spacing(r * b)
                     amplified = f
@@ -146,7 +184,7 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
                     stress_term += (amplified - even) * pair.times(read_lane(pack["R"], lane) + Rj, d)
                 force = F * (pair_mass * stress_term - viscous_pressure * d)
                 for a in ti.static(range(dim)):
-                    pack[into][a][lane] += force[a]
+                    pack[INTO[seen]][a][lane] += force[a]
                 if ti.static(dummies):
                     near = -F * Vj
                     pack["share"][0][lane] += near
@@ -175,64 +213,52 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
                 pack["inner"][a][lane] += confining * pack["edge"][a][lane]
 
     @ti.func
-    def accelerate(pack: ti.template(), k, table: ti.template(), source: ti.template(), moved: ti.template(),
-                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), capacity,
-                   most_runs, ints: ti.template(), frames: ti.template(), first_dummy, surfaces: ti.template(),
-                   coordinates: ti.template(), loads: ti.template(), n_loads, tallies: ti.template(),
-                   tally_of: ti.template(), gravity: ti.template(), dx, dt, damping_factor, alpha, beta, gamma,
-                   pressure, threshold):
-        first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
-        n_surfaces = surfaces.shape[0]
-        tally, volume = tally_of[k], ti.cast(dx, real) ** dim
-        inverse_dx = 1.0 / dx
-        g = ti.Vector([ti.cast(gravity[a], real) for a in ti.static(range(dim))])
+    def accelerate(pack: ti.template(), k, lists: ti.template(), rows: ti.template(), walls: ti.template(),
+                   tallies: ti.template(), step: ti.template(), factors: ti.template()):
+        first, count = lists.table[k, FIRST], lists.table[k, COUNT]
+        tally, inverse_dx = tallies.of[k], 1.0 / step.dx
+        g = ti.Vector([ti.cast(step.gravity[a], real) for a in ti.static(range(dim))])
         if tally >= 0:
-            for s in range(n_surfaces):
+            for s in range(walls.surfaces.shape[0]):
                 for q in ti.static(range(n_tally)):
-                    tallies[tally, s, q] = 0.0
-        read_pack(pack, first, count, source)
-        begin, current, mirror = k * capacity, -1, 0
-        for q in range(n_runs[k]):
-            c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
-            surface = ints[c, SURFACE]
+                    tallies.sums[tally, s, q] = 0.0
+        read_pack(pack, first, count, rows.source)
+        begin, current, mirror = k * lists.capacity, -1, 0
+        for q in range(lists.n_runs[k]):
+            c, end = lists.runs[k * lists.most_runs + q, 0], k * lists.capacity + lists.runs[k * lists.most_runs + q, 1]
+            surface, run = lists.ints[c, SURFACE], ti.Vector([c, begin, end])
             if surface != current:
                 if current < 0:
                     write_inner(pack)
                 else:
-                    surface_forces.apply_contact(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx,
-                                                 dt, g, volume, tallies, tally)
+                    surface_forces.apply_contact(pack, k, current, mirror, lists, walls, tallies, step)
                 surface_forces.clear(pack)
                 current = surface
             if surface < 0:
-                add_run(pack, "f", "plain", c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
-                        gamma)
-            elif surfaces[surface, 2] > 0.0:
+                add_run(pack, "plain", run, rows, lists, walls, factors)
+            elif walls.surfaces[surface, 2] > 0.0:
                 mirror = 1
-                add_run(pack, "wall", "mirror", c, begin, end, source, entries, reals, frames, first_dummy, alpha,
-                        beta, gamma)
+                add_run(pack, "mirror", run, rows, lists, walls, factors)
             else:
                 mirror = 0
-                add_run(pack, "wall", "dummies", c, begin, end, source, entries, reals, frames, first_dummy, alpha,
-                        beta, gamma)
+                add_run(pack, "dummies", run, rows, lists, walls, factors)
             begin = end
         if current < 0:
             write_inner(pack)
         else:
-            surface_forces.apply_contact(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, g,
-                                         volume, tallies, tally)
+            surface_forces.apply_contact(pack, k, current, mirror, lists, walls, tallies, step)
         if ti.static(confined):
-            confine(pack, pressure, threshold)
-        if n_loads > 0:
-            surface_forces.apply_loads(pack, count, block, coordinates, loads, n_loads, dx, dt, volume, tallies, tally,
-                                       n_surfaces - 1)
+            confine(pack, factors.pressure, factors.threshold)
+        if step.n_loads > 0:
+            surface_forces.apply_loads(pack, k, lists, tallies, step)
         for lane in range(count):
             row = ti.Vector.zero(real, layout.moved_width)
             for a in ti.static(range(dim)):
                 row[a] = pack["x"][a][lane]
-                row[dim + a] = damping_factor * (
-                    pack["v"][a][lane] + dt * (inverse_dx * pack["inner"][a][lane] + g[a]))
+                row[dim + a] = step.damping * (
+                    pack["v"][a][lane] + step.dt * (inverse_dx * pack["inner"][a][lane] + g[a]))
             row[2 * dim] = pack["V"][0][lane]
-            moved[first + lane] = row
+            rows.moved[first + lane] = row
 
     @ti.func
     def write_inner(pack: ti.template()):
@@ -240,22 +266,14 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
             for a in ti.static(range(dim)):
                 pack["inner"][a][lane] = pack["f"][a][lane]
 
-    @taichi_kernel
-    def kick(table: ti.types.ndarray(), source: ti.types.ndarray(), moved: ti.types.ndarray(),
-             entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-             reals: ti.types.ndarray(), capacity: int, most_runs: int, ints: ti.types.ndarray(),
-             frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
-             coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
-             tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, damping_factor: real,
-             alpha: real, beta: real, gamma: real, pressure: real, threshold: real, n_tallies: int,
-             total: ti.types.ndarray(), n_packs: int, chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def kick(lists: Lists, rows: RowTables, walls: Walls, tallies: Sums, step: Step, factors: Factors, n_packs: int,
+             chunk_bounds: Array):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, capacity, most_runs, ints,
-                           frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx,
-                           dt, damping_factor, alpha, beta, gamma, pressure, threshold)
+                accelerate(pack, k, lists, rows, walls, tallies, step, factors)
         else:
             ti.loop_config(serialize=serial)
             for i in range(chunks(chunk_bounds)):
@@ -264,14 +282,12 @@ def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, w
                     blank = ti.Vector.zero(real, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     for k in range(begin, end):
-                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, capacity, most_runs,
-                                   ints, frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
-                                   gravity, dx, dt, damping_factor, alpha, beta, gamma, pressure, threshold)
+                        accelerate(pack, k, lists, rows, walls, tallies, step, factors)
         ti.loop_config(serialize=ti.static(in_order()))
-        for t in range(n_tallies):
-            for s in range(total.shape[0]):
+        for t in range(tallies.n):
+            for s in range(tallies.total.shape[0]):
                 for q in ti.static(range(n_tally)):
-                    total[s, q] += tallies[t, s, q]
+                    tallies.total[s, q] += tallies.sums[t, s, q]
 
     def kick_packs(*arguments):
         with plain_compilation():

@@ -57,7 +57,7 @@ class Neighbourhood:
 
     @property
     def of_particles(self):
-        """What a sum over the neighbours of particles reads, in the order of the arguments of kernels."""
+        """`Lists` that a sum over the neighbours of particles reads."""
         return self._short.of(self.packs, self._rows, self.lists)
 
     def begin(self, rows, blocks, particle_rows, time):

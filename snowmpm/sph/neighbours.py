@@ -14,12 +14,13 @@ so that float32 sees no number larger than a few blocks. No atomics: every pack 
 """
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
@@ -28,6 +29,19 @@ from snowmpm.sph.candidates import BEGIN, END, SURFACE, candidates
 
 FIRST, COUNT, BLOCK = range(3)
 """Columns of the table of packs."""
+
+
+class Lists(NamedTuple):
+    """What a sum over neighbours reads of the packs: `Packs.table`, and the arrays of `NeighbourLists`."""
+
+    table: Array
+    entries: Array
+    runs: Array
+    n_runs: Array
+    ints: Array
+    reals: Array
+    capacity: int
+    most_runs: int
 
 
 class Packs:
@@ -71,18 +85,17 @@ class NeighbourLists:
         counts = np.zeros(max(1, packs.n), np.int32)
         while True:
             self._reserve(packs.n)
-            self._find(packs.table, rows, self.candidate_start, self.ints, self.reals, self.capacity, self.most_runs,
-                       reach**2, self.entries, self.runs, self.n_runs, counts, packs.n, packs.chunk_bounds)
+            self._find(self.of(packs), rows, self.candidate_start, reach**2, counts, packs.n, packs.chunk_bounds)
             largest = int(counts.max())
             if largest <= self.capacity:
                 break
             self.capacity = int(1.1 * largest) + 8
         self.counts = counts[: packs.n]
 
-    @property
-    def arguments(self):
-        """What a sum over neighbours reads, in the order of the kernels' arguments."""
-        return self.entries, self.runs, self.n_runs, self.reals, self.capacity, self.most_runs
+    def of(self, packs):
+        """`Lists` of the packs that they were built for."""
+        return Lists(packs.table, self.entries, self.runs, self.n_runs, self.ints, self.reals, self.capacity,
+                     self.most_runs)
 
     def meets_surfaces(self, packs):
         """Which packs lie in a block near a surface, (n,)."""
@@ -115,10 +128,9 @@ def find_kernel(dim, real, width):
     serial = runs_serially()
 
     @ti.func
-    def find_pack(k, table: ti.template(), rows: ti.template(), candidate_start: ti.template(), ints: ti.template(),
-                  reals: ti.template(), capacity, most_runs, reach2, entries: ti.template(), runs: ti.template(),
-                  n_runs: ti.template(), counts: ti.template()):
-        first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
+    def find_pack(k, lists: ti.template(), rows: ti.template(), candidate_start: ti.template(), reach2,
+                  counts: ti.template()):
+        first, count, block = lists.table[k, FIRST], lists.table[k, COUNT], lists.table[k, BLOCK]
         x = [ti.Vector.zero(real, width) for _ in ti.static(range(dim))]
         low, high = ti.Vector.zero(real, dim), ti.Vector.zero(real, dim)
         for lane in range(count):
@@ -133,10 +145,10 @@ def find_kernel(dim, real, width):
         n, found = 0, 0
         for c in range(candidate_start[block], candidate_start[block + 1]):
             before = n
-            for j in range(ints[c, BEGIN], ints[c, END]):
+            for j in range(lists.ints[c, BEGIN], lists.ints[c, END]):
                 other, away = ti.Vector.zero(real, dim), ti.cast(0.0, real)
                 for a in ti.static(range(dim)):
-                    other[a] = reals[c, a] * rows[j][a] + reals[c, dim + a]
+                    other[a] = lists.reals[c, a] * rows[j][a] + lists.reals[c, dim + a]
                     gap = ti.max(0.0, low[a] - other[a], other[a] - high[a])
                     away += gap * gap
                 if away < reach2:
@@ -147,32 +159,28 @@ def find_kernel(dim, real, width):
                             square += (x[a][lane] - other[a]) ** 2
                         nearest = ti.select(square < nearest, square, nearest)
                     if nearest < reach2:
-                        if n < capacity:
-                            entries[k * capacity + n] = j
+                        if n < lists.capacity:
+                            lists.entries[k * lists.capacity + n] = j
                         n += 1
             if n > before:
-                runs[k * most_runs + found, 0] = c
-                runs[k * most_runs + found, 1] = ti.min(n, capacity)
+                lists.runs[k * lists.most_runs + found, 0] = c
+                lists.runs[k * lists.most_runs + found, 1] = ti.min(n, lists.capacity)
                 found += 1
-        n_runs[k] = found
+        lists.n_runs[k] = found
         counts[k] = n
 
-    @taichi_kernel
-    def find(table: ti.types.ndarray(), rows: ti.types.ndarray(), candidate_start: ti.types.ndarray(),
-             ints: ti.types.ndarray(), reals: ti.types.ndarray(), capacity: int, most_runs: int, reach2: real,
-             entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-             counts: ti.types.ndarray(), n_packs: int, chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def find(lists: Lists, rows: Array, candidate_start: Array, reach2: Real, counts: Array, n_packs: int,
+             chunk_bounds: Array):
         if ti.static(width == 1):
             for k in range(n_packs):
-                find_pack(k, table, rows, candidate_start, ints, reals, capacity, most_runs, reach2, entries, runs,
-                          n_runs, counts)
+                find_pack(k, lists, rows, candidate_start, reach2, counts)
         else:
             ti.loop_config(serialize=serial)
             for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
                     begin, end = chunk(i, chunk_bounds)
                     for k in range(begin, end):
-                        find_pack(k, table, rows, candidate_start, ints, reals, capacity, most_runs, reach2, entries,
-                                  runs, n_runs, counts)
+                        find_pack(k, lists, rows, candidate_start, reach2, counts)
 
     return find

@@ -23,12 +23,12 @@ import functools
 import numpy as np
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES, plain_compilation
 from snowmpm.materials.packs import read_lane
 from snowmpm.sph.lengths import kernel_functions
-from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.neighbours import COUNT, FIRST, Lists
 from snowmpm.sph.pairs import pair_functions
 
 SLOPES = ("gradient", "corrected_gradient", "plain_laplacian", "laplacian")
@@ -43,15 +43,15 @@ def results(kind, dim):
 
 
 @functools.cache
-def operator_kernel(layout, real, width, kernel, radius, lengths, kind, parity):
+def operator_kernel(layout, real, width, support, kind, parity):
     """Kernel that applies the operator `kind` over the particles and their mirror images.
 
-    width: lanes of a pack; kernel, radius [cells], lengths: the smoothing. parity: for each field the axes whose
+    width: lanes of a pack; support: `lengths.Support`. parity: for each field the axes whose
     mirror turns its sign. Dummies have no values, and do not count.
     """
     dim, n_fields = layout.dim, len(parity)
     pair, serial = pair_functions(layout), runs_serially()
-    smooth = kernel_functions(kernel, radius, lengths, dim)
+    smooth = kernel_functions(support, dim)
     columns = (("x", dim), ("f", n_fields), ("m0", 1), ("m1", dim), ("m2", dim * dim), ("b0", n_fields),
                ("b1", n_fields * dim), ("V", 1))
 
@@ -66,13 +66,13 @@ def operator_kernel(layout, real, width, kernel, radius, lengths, kind, parity):
 
     @ti.func
     def add_run(pack: ti.template(), c, begin, end, moved: ti.template(), fields: ti.template(),
-                entries: ti.template(), reals: ti.template()):
+                lists: ti.template()):
         """Add the neighbours entries[begin:end], seen by candidate c, to the sums of a pack."""
-        sign = pair.signs(reals, c)
+        sign = pair.signs(lists.reals, c)
         for e in range(begin, end):
-            j = entries[e]
+            j = lists.entries[e]
             row = moved[j]
-            xj, Vj, fj = pair.place(reals, c, row), row[2 * dim], fields[j]
+            xj, Vj, fj = pair.place(lists.reals, c, row), row[2 * dim], fields[j]
             for q in ti.static(range(n_fields)):
                 for a in ti.static(parity[q]):
                     fj[q] *= sign[a]
@@ -123,11 +123,9 @@ def operator_kernel(layout, real, width, kernel, radius, lengths, kind, parity):
                 lower = m0 - m1.dot(back @ m1)
                 out[row, q] = pack["f"][q][lane] + (b0 - m1.dot(back @ b1)) / ti.max(lower, 1e-6 * m0 + 1e-20)
 
-    @taichi_kernel
-    def operate(table: ti.types.ndarray(), moved: ti.types.ndarray(), fields: ti.types.ndarray(),
-                out: ti.types.ndarray(), entries: ti.types.ndarray(), runs: ti.types.ndarray(),
-                n_runs: ti.types.ndarray(), reals: ti.types.ndarray(), capacity: int, most_runs: int, first_dummy: int,
-                n_packs: int, chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def operate(lists: Lists, moved: Array, fields: Array, out: Array, first_dummy: int, n_packs: int,
+                chunk_bounds: Array):
         ti.loop_config(serialize=serial)
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -135,7 +133,7 @@ def operator_kernel(layout, real, width, kernel, radius, lengths, kind, parity):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 for k in range(first_pack, last_pack):
-                    first, count = table[k, FIRST], table[k, COUNT]
+                    first, count = lists.table[k, FIRST], lists.table[k, COUNT]
                     for lane in range(width):
                         p = first + ti.min(lane, count - 1)
                         row, own = moved[p], fields[p]
@@ -148,11 +146,12 @@ def operator_kernel(layout, real, width, kernel, radius, lengths, kind, parity):
                         for q in ti.static(range(dim * dim)):
                             pack["m2"][q][lane] = 0.0
                         pack["m0"][0][lane], pack["V"][0][lane] = 0.0, row[2 * dim]
-                    begin = k * capacity
-                    for q in range(n_runs[k]):
-                        c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
-                        if entries[begin] < first_dummy:
-                            add_run(pack, c, begin, end, moved, fields, entries, reals)
+                    begin = k * lists.capacity
+                    for q in range(lists.n_runs[k]):
+                        c = lists.runs[k * lists.most_runs + q, 0]
+                        end = k * lists.capacity + lists.runs[k * lists.most_runs + q, 1]
+                        if lists.entries[begin] < first_dummy:
+                            add_run(pack, c, begin, end, moved, fields, lists)
                         begin = end
                     for lane in range(count):
                         conclude(pack, lane, first + lane, out)
@@ -169,7 +168,7 @@ class Operators:
 
     def __init__(self, rows, near, first_dummy, precision, *smoothing):
         """rows: `Rows`; near: `Neighbourhood`; first_dummy: row from which on there are no values; smoothing: lanes of
-        a pack, kernel, radius [cells], lengths."""
+        a pack, `lengths.Support`."""
         self._rows, self._near, self._first_dummy = rows, near, first_dummy
         self._real, self._numpy_real = DTYPES[precision]
         self._smoothing = smoothing
@@ -201,5 +200,4 @@ class Operators:
         """
         packs = self._near.packs
         operator_kernel(self._rows.layout, self._real, *self._smoothing, kind, tuple(parity))(
-            packs.table, self._rows.moved, fields, out, *self._near.of_particles, self._first_dummy, packs.n,
-            packs.chunk_bounds)
+            self._near.of_particles, self._rows.moved, fields, out, self._first_dummy, packs.n, packs.chunk_bounds)

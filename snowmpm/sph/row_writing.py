@@ -1,6 +1,7 @@
 """How a particle fills its row (`sph.rows`) from its state."""
 
 import functools
+from typing import Any, NamedTuple
 
 from snowmpm.compiler import ti
 from snowmpm.materials.spectral import eigen
@@ -8,6 +9,21 @@ from snowmpm.materials.spectral import eigen
 LARGEST_GROWTH = 2.0
 """J at which the volume that a particle stands for in sums stops to grow: one that flies alone does not fill the air
 around it."""
+
+
+class Shown(NamedTuple):
+    """What a particle shows its neighbours, within a kernel: position [cells, from its block]; velocity [m/s] and its
+    gradient [m/s per cell]; Kirchhoff stress [Pa]; J, present over reference volume, of which `LARGEST_GROWTH` at most
+    counts; reference volume over cell volume; reference density [kg/m3]; speed of waves [m/s]."""
+
+    x: Any
+    v: Any
+    L: Any
+    tau: Any
+    ratio: Any
+    volume: Any
+    density: Any
+    speed: Any
 
 
 @functools.cache
@@ -43,22 +59,17 @@ def row_functions(layout, row_layout, real, form, tension, volumes):
         return R
 
     @ti.func
-    def store_row(i, source: ti.template(), back, x, v, L, tau, ratio, volume, density, speed):
-        """Write row i of `source` (`sph.rows`) from the state of particle i.
-
-        back: K^-1 (dim, dim), which multiplies S in a `full` layout only. x: position [cells, from its block]; v [m/s];
-        L: velocity gradient [m/s per cell]; tau: Kirchhoff stress [Pa]. ratio: J, present over reference volume, of
-        which `LARGEST_GROWTH` at most counts. volume: reference volume over cell volume; density: reference density
-        [kg/m3]; speed: of waves [m/s].
-        """
+    def store_row(i, source: ti.template(), shown: ti.template(), back):
+        """Write row i of `source` (`sph.rows`) from what a particle shows. back: K^-1 (dim, dim), which multiplies S in
+        a `full` layout only."""
         row = ti.Vector.zero(real, row_layout.source_width)
-        J = ti.min(ratio, LARGEST_GROWTH)
+        J, density = ti.min(shown.ratio, LARGEST_GROWTH), shown.density
         if ti.static(volumes == "constant"):
-            J = ratio * 0.0 + 1.0
+            J = shown.ratio * 0.0 + 1.0
         scale = J / (density * density) if ti.static(form in ("density", "corrected")) else 1.0 / J
         for a in ti.static(range(dim)):
-            row[at["x"] + a], row[at["v"] + a] = x[a], v[a]
-        S = ti.Vector([scale * tau[entries[k]] for k in ti.static(range(row_layout.n_stress))])
+            row[at["x"] + a], row[at["v"] + a] = shown.x[a], shown.v[a]
+        S = ti.Vector([scale * shown.tau[entries[k]] for k in ti.static(range(row_layout.n_stress))])
         if ti.static(row_layout.full):
             whole = ti.Matrix.zero(real, dim, dim)
             for k in ti.static(range(row_layout.n_stress)):
@@ -74,7 +85,7 @@ def row_functions(layout, row_layout, real, form, tension, volumes):
         if ti.static(row_layout.tension):
             R = ti.Vector.zero(real, row_layout.n_stress)
             if ti.static(kind == "pressure"):
-                R = artificial_pressure(-scale * (tau[0] + tau[1] + tau[2]) / 3.0)
+                R = artificial_pressure(-scale * (shown.tau[0] + shown.tau[1] + shown.tau[2]) / 3.0)
             else:
                 R = artificial_stress(S)
             for k in ti.static(range(row_layout.n_stress)):
@@ -82,8 +93,9 @@ def row_functions(layout, row_layout, real, form, tension, volumes):
         if ti.static(row_layout.ordered):
             for k in ti.static(range(row_layout.n_stress)):
                 a, b = ti.static(row_layout.pairs[k])
-                row[at["D"] + k] = 0.5 * (L[a, b] + L[b, a])
-        row[at["m"]], row[at["V"]], row[at["z"]] = density * volume, J * volume, density / J * speed
+                row[at["D"] + k] = 0.5 * (shown.L[a, b] + shown.L[b, a])
+        row[at["m"]], row[at["V"]] = density * shown.volume, J * shown.volume
+        row[at["z"]] = density / J * shown.speed
         source[i] = row
 
     return store_row

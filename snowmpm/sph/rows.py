@@ -9,8 +9,10 @@ artificial stress, in the measure of S; D: stretching [m/s/cell]. Dummy particle
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
+from snowmpm.compiler.groups import Array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
 from snowmpm.particles.store import INDEX_BITS
@@ -69,6 +71,13 @@ class RowLayout:
         return (1 << INDEX_BITS - 1 - self.source_width.bit_length()) - 1
 
 
+class RowTables(NamedTuple):
+    """The tables of `Rows`, as kernels take them."""
+
+    source: Array
+    moved: Array
+
+
 class Rows:
     """The two tables of rows of particles and dummies, of a working precision."""
 
@@ -80,6 +89,10 @@ class Rows:
                                   "most fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx")
         self.source = ti.ndarray(ti.types.vector(layout.source_width, self.real), (self.n,))
         self.moved = ti.ndarray(ti.types.vector(layout.moved_width, self.real), (self.n,))
+
+    @property
+    def tables(self):
+        return RowTables(self.source, self.moved)
 
     def write(self, particles, positions):
         """Set the source rows of the particles (n, source_width), at these positions (n, dim)."""

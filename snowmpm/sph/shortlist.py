@@ -16,24 +16,13 @@ from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES
-from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.neighbours import COUNT, FIRST, Lists
 from snowmpm.sph.pairs import pair_functions
 
 LASTING = 6
 """Steps that a short list is to last: the test of distances costs less than a tenth of a step."""
 WORTH = 0.5
 """Share of the skin up to which a short list is worth being cut."""
-
-
-class Lists(NamedTuple):
-    """`NeighbourLists.arguments`."""
-
-    entries: Array
-    runs: Array
-    n_runs: Array
-    reals: Array
-    capacity: int
-    most_runs: int
 
 
 class Kept(NamedTuple):
@@ -52,7 +41,7 @@ class ShortLists:
         lists reach."""
         self._cut = cut_kernel(layout, DTYPES[precision][0], width)
         self._radius, self._skin = radius, skin
-        self._arrays: tuple[Any, ...] = ()
+        self._kept: Any = Kept(None, None, None)
         self._left, self._way = -math.inf, math.inf
 
     def forget(self):
@@ -64,31 +53,30 @@ class ShortLists:
         self._left, self._way = self._left - way, way
 
     def of(self, packs, rows, lists):
-        """What a sum over neighbours reads, in the order of the arguments of kernels: short lists, or the lists where
-        particles move too fast.
+        """`Lists` that a sum over neighbours reads: short ones, or the whole ones where particles move too fast.
 
         packs, lists: of particles (`neighbours`); rows: `Rows` as they are now.
         """
+        whole = lists.of(packs)
         if self._left < 0.0:
             reach = LASTING * self._way
             if not reach < WORTH * self._skin:
-                return lists.arguments
-            self._update(lists)
-            self._cut(packs.table, rows.source, Lists(*lists.arguments), Kept(*self._arrays),
-                      (self._radius + reach) ** 2, packs.n, packs.chunk_bounds)
+                return whole
+            self._make_room(whole)
+            self._cut(whole, rows.source, self._kept, (self._radius + reach) ** 2, packs.n, packs.chunk_bounds)
             self._left = reach
-        return *self._arrays, *lists.arguments[3:]
+        return whole._replace(**self._kept._asdict())
 
-    def _update(self, lists):
-        """Make room for as much as the lists hold."""
-        whole = lists.arguments[:3]
-        if not self._arrays or any(a.shape != b.shape for a, b in zip(self._arrays, whole, strict=True)):
-            self._arrays = tuple(ti.ndarray(ti.i32, array.shape) for array in whole)
+    def _make_room(self, whole):
+        """For as much as the whole lists hold."""
+        arrays = whole.entries, whole.runs, whole.n_runs
+        if any(kept is None or kept.shape != array.shape for kept, array in zip(self._kept, arrays, strict=True)):
+            self._kept = Kept(*[ti.ndarray(ti.i32, array.shape) for array in arrays])
 
     @property
     def bytes(self):
         """Memory of the short lists."""
-        return sum(int(np.prod(array.shape)) * 4 for array in self._arrays)
+        return sum(int(np.prod(array.shape)) * 4 for array in self._kept if array is not None)
 
 
 @functools.cache
@@ -98,8 +86,8 @@ def cut_kernel(layout, real, width):
     pair = pair_functions(layout)
 
     @ti.func
-    def cut_pack(k, table: ti.template(), rows: ti.template(), lists: ti.template(), kept: ti.template(), reach2):
-        first, count = table[k, FIRST], table[k, COUNT]
+    def cut_pack(k, lists: ti.template(), rows: ti.template(), kept: ti.template(), reach2):
+        first, count = lists.table[k, FIRST], lists.table[k, COUNT]
         x = [ti.Vector.zero(real, width) for _ in ti.static(range(dim))]
         for lane in range(width):
             row = rows[first + ti.min(lane, count - 1) & mask]
@@ -127,16 +115,16 @@ def cut_kernel(layout, real, width):
         kept.n_runs[k] = found
 
     @grouped_kernel(real)
-    def cut(table: Array, rows: Array, lists: Lists, kept: Kept, reach2: Real, n_packs: int, chunk_bounds: Array):
+    def cut(lists: Lists, rows: Array, kept: Kept, reach2: Real, n_packs: int, chunk_bounds: Array):
         if ti.static(width == 1):
             for k in range(n_packs):
-                cut_pack(k, table, rows, lists, kept, reach2)
+                cut_pack(k, lists, rows, kept, reach2)
         else:
             ti.loop_config(serialize=serial)
             for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
                     begin, end = chunk(i, chunk_bounds)
                     for k in range(begin, end):
-                        cut_pack(k, table, rows, lists, kept, reach2)
+                        cut_pack(k, lists, rows, kept, reach2)
 
     return cut

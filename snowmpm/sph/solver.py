@@ -18,13 +18,13 @@ from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.materials.packs import LANES
-from snowmpm.particles.coordinates import Frame
-from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.particles.sorted_particles import SortedParticles, Sorting
 from snowmpm.sph.boundary import Boundary
 from snowmpm.sph.courant import critical_cfl, usual_cfl
 from snowmpm.sph.extrapolation import Extrapolation, extrapolation_kernel
-from snowmpm.sph.forces import Forces
-from snowmpm.sph.lengths import largest, least
+from snowmpm.sph.forces import Forces, terms_of
+from snowmpm.sph.lengths import Support, largest, least
+from snowmpm.sph.momentum import momentum_kernel
 from snowmpm.sph.neighbourhood import Neighbourhood
 from snowmpm.sph.operators import Operators
 from snowmpm.sph.order import order_kernel
@@ -32,11 +32,12 @@ from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.row_cache import RowCache, row_kernels
 from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.smoothing import KERNELS
-from snowmpm.sph.update import update_kernel
+from snowmpm.sph.update import Report, Step, Terms, update_kernel
 from snowmpm.stepping import step_report
 from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Damped, Severing, Solver
+from snowmpm.stepping.setting import Setting
 from snowmpm.stepping.time_step import BREAKING_CFL
 
 PARTICLE_TIME = {2: 2.5e-7, 3: 1.5e-6}
@@ -52,38 +53,30 @@ class SphSolver(Solver, Severing, Damped):
     BAD = "is no longer finite or turned inside out"
     DAMPED_IMPULSE = False
 
-    def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, scheme, cfl=None,
-                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), width=None,
-                 adapters=()):
-        """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
-
-        scheme: what `snowmpm.scenes.Sph` has. terrain: object with `query(points) -> distance, normal` in scene
-        coordinates, or None. sides: (dim, 2) names of `contact.CODES` or "periodic". obstacles: `solids.Obstacle`s.
-        cfl: share of dx that a wave or a particle may cross in a step, by default the usual one, less while bonds
-        break. width: lanes of a pack, as the backend asks. adapters: of the components at work.
-        """
-        self.dim = dim = len(origin)
-        self.dx, self.precision, self.scheme = dx, precision, scheme
-        self.adapters = Adapters(adapters)
+    def __init__(self, population, laws, *, scheme, width=None, **setting):
+        """population: `Population`; laws: one per material index; setting: fields of `Setting`, of which cfl is less
+        while bonds break where it is not given. scheme: what `snowmpm.scenes.Sph` has. width: lanes of a pack, as the
+        backend asks."""
+        given = Setting(**setting)
+        self.dim = dim = given.dim
+        self.dx, self.precision, self.scheme = given.dx, given.precision, scheme
+        self.adapters = Adapters(given.adapters)
         self.width = width or (1 if runtime.fine_grained() else LANES)
         self.critical_cfl = least(scheme.lengths) * critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
         self.usual_cfl = usual_cfl(self.critical_cfl)
-        self.cfl = cfl or self.usual_cfl
-        self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
-        frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
-        sides = sides or [["open", "open"]] * dim
-        period = frame.period(sides)
+        self.cfl = given.cfl or self.usual_cfl
+        self.breaking_cfl = given.cfl or min(BREAKING_CFL, self.cfl)
+        frame = self.frame = given.frame()
+        period = frame.period(given.walls)
         self.radius = KERNELS[scheme.kernel].reach * scheme.smoothing
-        self.particles = SortedParticles(
-            population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period, **self.adapters.of_particles)
+        self.particles = SortedParticles(population, laws, frame, given.gravity, Sorting(drift_limit=1.0), period,
+                                         self.adapters.of_particles)
         self.reach = self.radius * largest(scheme.lengths, dim)
-        self.boundary = Boundary(frame, self.reach, terrain=terrain, terrain_contact=terrain_contact,
-                                 terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
-                                 first_row=self.particles.capacity)
+        self.boundary = Boundary(frame, self.reach, ground=given.ground, sides=given.walls, obstacles=given.obstacles,
+                                 period=period, first_row=self.particles.capacity)
         self.surfaces = self.boundary.surfaces
-        self._begin(population, gravity)
+        self._begin(population, given.gravity)
         self._bind()
         self._graded = False
         self.adapters.begin(self)
@@ -102,21 +95,22 @@ class SphSolver(Solver, Severing, Damped):
         self.rows = Rows(layout, self.precision, store.capacity + dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         serial = self.serial = runs_serially(PARTICLE_TIME[self.dim] * store.count)
-        smoothing = self.width, scheme.kernel, self.radius, scheme.lengths
+        packs = self.width, Support(scheme.kernel, self.radius, scheme.lengths)
         tension = scheme.artificial_stress, scheme.artificial_stress_form
         of_particles = store.layout, layout, real, self.materials.functions
-        self._update = update_kernel(*of_particles, *smoothing, scheme.momentum, scheme.gradient,
-                                     tension, scheme.volumes, serial)
+        self._update = update_kernel(*of_particles, *packs,
+                                     Terms(scheme.momentum, scheme.gradient, tension, scheme.volumes), serial)
         self._row_cache = RowCache(self.rows, store, row_kernels(
-            *of_particles, *smoothing[1:], scheme.momentum, tension, scheme.volumes), self._speeds, self.dx)
+            *of_particles, packs[1], scheme.momentum, tension, scheme.volumes), self._speeds, self.dx)
         self._order = order_kernel(store.layout)
         self._near = Neighbourhood(self.boundary, self.rows, self.precision, self.width, self.reach)
-        self._forces = Forces(self.rows, self._near, self.boundary, scheme, gravity=self._gravity, dx=self.dx,
-                              precision=self.precision, width=self.width, serial=serial)
+        self._forces = Forces(self.rows, self._near, self.boundary, scheme,
+                              momentum_kernel(layout, real, *packs, terms_of(scheme, layout), serial),
+                              gravity=self._gravity, dx=self.dx)
         self._extrapolation = Extrapolation(self.rows, self._near, self.boundary, self._gravity, self.dx, [
-            extrapolation_kernel(layout, real, *smoothing, scheme.momentum, scheme.walls, moved, serial)
+            extrapolation_kernel(layout, real, *packs, scheme.momentum, scheme.walls, moved, serial)
             for moved in (False, True)])
-        self._operators = Operators(self.rows, self._near, dummies.first_row, self.precision, *smoothing)
+        self._operators = Operators(self.rows, self._near, dummies.first_row, self.precision, *packs)
         self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
         self._reports: Any = None
 
@@ -172,9 +166,8 @@ class SphSolver(Solver, Severing, Damped):
         packs, store, report = self._near.packs, self.particles, np.zeros(step_report.N_REPORT)
         for act in self.adapters.before_gather:
             act(dt)
-        self._update(packs.table, store.reals, store.slot_offset, store.material, self.materials.numbers,
-                     self.materials.law_of, self._speeds, self.rows.source, self.rows.moved,
-                     *self._near.of_particles, self._near.mean_velocity, dt, self.dx, self._reports, report, packs.n,
+        self._update(self._near.of_particles, store.arrays, self.rows.tables,
+                     Report(self._near.mean_velocity, self._reports, report), Step(self._speeds, dt, self.dx), packs.n,
                      packs.chunk_bounds)
         for act in self.adapters.after_gather:
             act(dt)

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 from snowmpm.compiler import ti
 from snowmpm.materials.packs import read_lane
+from snowmpm.sph.neighbours import BLOCK, COUNT
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK
 
 BARRIER = 0.1
@@ -36,12 +37,15 @@ def surface_functions(dim, real, width, barrier):
                 pack["wall"][a][lane], pack["normal"][a][lane], pack["wall_v"][a][lane] = 0.0, 0.0, 0.0
 
     @ti.func
-    def apply_contact(pack: ti.template(), count, surface, mirrored, surfaces: ti.template(), block,
-                      coordinates: ti.template(), inverse_dx, dt, g, volume, tallies: ti.template(), tally):
-        """Let one surface act: pack["wall"] is added to pack["inner"], and what it gave is summed up."""
-        for lane in range(count):
+    def apply_contact(pack: ti.template(), k, surface, mirrored, lists: ti.template(), walls: ti.template(),
+                      tallies: ti.template(), step: ti.template()):
+        """Let one surface act on pack k: pack["wall"] is added to pack["inner"], and what it gave is summed up."""
+        block, tally, dt, inverse_dx = lists.table[k, BLOCK], tallies.of[k], step.dt, 1.0 / step.dx
+        volume = ti.cast(step.dx, real) ** dim
+        g = ti.Vector([ti.cast(step.gravity[a], real) for a in ti.static(range(dim))])
+        for lane in range(lists.table[k, COUNT]):
             given = read_lane(pack["wall"], lane)
-            code, friction = ti.cast(surfaces[surface, 0], ti.i32), ti.cast(surfaces[surface, 1], real)
+            code, friction = ti.cast(walls.surfaces[surface, 0], ti.i32), ti.cast(walls.surfaces[surface, 1], real)
             normal = read_lane(pack["normal"], lane)
             normal = normal / ti.max(normal.norm(), 1e-20)
             share = ti.max(pack["share"][0][lane], 1e-20)
@@ -70,35 +74,37 @@ def surface_functions(dim, real, width, barrier):
                 J = ti.cast(given * (pack["m"][0][lane] * volume * dt * inverse_dx), ti.f64)
                 x, v = ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim)
                 for a in ti.static(range(dim)):
-                    x[a], v[a] = pack["x"][a][lane] + coordinates[block, a], pack["v"][a][lane]
-                    tallies[tally, surface, a] += J[a]
+                    x[a], v[a] = pack["x"][a][lane] + tallies.corners[block, a], pack["v"][a][lane]
+                    tallies.sums[tally, surface, a] += J[a]
                 if ti.static(dim == 2):
-                    tallies[tally, surface, dim] += x[0] * J[1] - x[1] * J[0]
+                    tallies.sums[tally, surface, dim] += x[0] * J[1] - x[1] * J[0]
                 else:
                     moment = x.cross(J)
                     for a in ti.static(range(3)):
-                        tallies[tally, surface, dim + a] += moment[a]
+                        tallies.sums[tally, surface, dim + a] += moment[a]
                 # The work of a force is with the velocity in the middle of the kick. What two surfaces do to each
                 # other's work is all booked by the later one, which alone knows of both
                 kicked = read_lane(pack["inner"], lane) + read_lane(pack["earlier"], lane)
                 middle = v + 0.5 * ti.cast(dt * (inverse_dx * kicked + g), ti.f64)
-                tallies[tally, surface, dim + n_moment] += J.dot(middle)
+                tallies.sums[tally, surface, dim + n_moment] += J.dot(middle)
             for a in ti.static(range(dim)):
                 pack["earlier"][a][lane] += given[a]
 
     @ti.func
-    def apply_loads(pack: ti.template(), count, block, coordinates: ti.template(), loads: ti.template(), n_loads, dx,
-                    dt, volume, tallies: ti.template(), tally, surface):
-        """Loads of events: accelerations within a radius."""
-        for lane in range(count):
-            for q in range(n_loads):
+    def apply_loads(pack: ti.template(), k, lists: ti.template(), tallies: ti.template(), step: ti.template()):
+        """Loads of events on pack k: accelerations within a radius."""
+        block, tally, last = lists.table[k, BLOCK], tallies.of[k], tallies.total.shape[0] - 1
+        volume = ti.cast(step.dx, real) ** dim
+        for lane in range(lists.table[k, COUNT]):
+            for q in range(step.n_loads):
                 square = ti.cast(0.0, ti.f64)
                 for a in ti.static(range(dim)):
-                    square += (pack["x"][a][lane] + coordinates[block, a] - loads[q, a]) ** 2
-                if square < loads[q, dim] ** 2:
+                    square += (pack["x"][a][lane] + tallies.corners[block, a] - step.loads[q, a]) ** 2
+                if square < step.loads[q, dim] ** 2:
                     for a in ti.static(range(dim)):
-                        gain = ti.cast(loads[q, dim + 1 + a], real)
-                        pack["inner"][a][lane] += dx * gain
-                        tallies[tally, surface, a] += ti.cast(pack["m"][0][lane] * volume * dt * gain, ti.f64)
+                        gain = ti.cast(step.loads[q, dim + 1 + a], real)
+                        pack["inner"][a][lane] += step.dx * gain
+                        tallies.sums[tally, last, a] += ti.cast(pack["m"][0][lane] * volume * step.dt * gain,
+                                                                ti.f64)
 
     return SimpleNamespace(clear=clear, apply_contact=apply_contact, apply_loads=apply_loads)

@@ -3,12 +3,25 @@
 Only packs that may meet a surface, or any where loads act, have a sum.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.groups import Array
 from snowmpm.particles.blocks import EDGE
 from snowmpm.sph.surface_forces import tally_width
+
+
+class Sums(NamedTuple):
+    """The arrays of `Tallies`, and totals (surfaces + 1, numbers) to which a kernel adds them."""
+
+    sums: Array
+    of: Array
+    corners: Array
+    n: int
+    total: Array
 
 
 class Tallies:
@@ -24,6 +37,6 @@ class Tallies:
         self._shape = n_surfaces + 1, tally_width(blocks.dim)
         self.sums = ti.ndarray(ti.f64, (max(1, self.n), *self._shape))
 
-    def none(self):
-        """Totals (surfaces + 1, numbers) to add the sums of a step to."""
-        return np.zeros(self._shape)
+    def begin(self):
+        """`Sums` of a step, nothing yet in its totals."""
+        return Sums(self.sums, self.of, self.corners, self.n, np.zeros(self._shape))

@@ -21,21 +21,24 @@ K = I of a full neighbourhood, and has no inverse where there are too few (`mome
 """
 
 import functools
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, partial_sums
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
+from snowmpm.particles.arrays import ParticleArrays
 from snowmpm.particles.law_packs import law_functions, most_held
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
 from snowmpm.sph.lengths import kernel_functions
 from snowmpm.sph.moment import inverse_function
-from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.neighbours import COUNT, FIRST, Lists
 from snowmpm.sph.pairs import pair_functions
-from snowmpm.sph.row_writing import row_functions
+from snowmpm.sph.row_writing import Shown, row_functions
+from snowmpm.sph.rows import RowTables
 from snowmpm.stepping.step_report import (
     BAD,
     BREAKING,
@@ -50,18 +53,41 @@ from snowmpm.stepping.step_report import (
 )
 
 
-@functools.cache
-def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths, form, gradient, tension,
-                  volumes, serial):
-    """`update(...)`, the second half of a step, and the sum of its reports.
+class Report(NamedTuple):
+    """Mean velocity (dim), from which excursions count; what each pack reports; what all report."""
 
-    gradient: "balanced", "corrected" or "plain"; tension, volumes: as `row_functions` takes them; serial: by one
-    thread.
-    """
+    mean: Array
+    of_packs: Array
+    total: Array
+
+
+class Step(NamedTuple):
+    """speeds: of waves in each material [m/s]; dt [s], dx [m]."""
+
+    speeds: Array
+    dt: Real
+    dx: Real
+
+
+class Terms(NamedTuple):
+    """Form of the momentum sum; gradient: "balanced", "corrected" or "plain"; tension, volumes: as `row_functions`
+    takes them."""
+
+    form: str
+    gradient: str
+    tension: tuple
+    volumes: str
+
+
+@functools.cache
+def update_kernel(layout, row_layout, real, laws, width, support, terms, serial):
+    """`update(...)`, the second half of a step, and the sum of its reports. support: `lengths.Support`; serial: by one
+    thread."""
+    form, gradient, tension, volumes = terms
     dim, sym_size, mask = layout.dim, layout.sym_size, row_layout.row_mask
     access, at = accessors(layout), layout.offsets
     pair = pair_functions(row_layout)
-    smooth = kernel_functions(kernel, radius, lengths, dim)
+    smooth = kernel_functions(support, dim)
     stiffnesses = [law.stiffness for law in laws]
     stiffens = [function is not None for function in stiffnesses]
     some_stiffen, some_bonded = any(stiffens), any(law.bonds is not None for law in laws)
@@ -96,12 +122,11 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths
                 pack["K"][k][lane] = 0.0
 
     @ti.func
-    def add_run(pack: ti.template(), c, begin, end, moved: ti.template(), entries: ti.template(),
-                reals: ti.template()):
-        sign = pair.signs(reals, c)
+    def add_run(pack: ti.template(), c, begin, end, moved: ti.template(), lists: ti.template()):
+        sign = pair.signs(lists.reals, c)
         for e in range(begin, end):
-            row = moved[entries[e] & mask]
-            xj, vj, Vj = pair.place(reals, c, row), pair.vector(sign, row, dim), row[2 * dim]
+            row = moved[lists.entries[e] & mask]
+            xj, vj, Vj = pair.place(lists.reals, c, row), pair.vector(sign, row, dim), row[2 * dim]
             sj = smooth.own(Vj) if ti.static(smooth.varies) else ti.cast(1.0, real)
             for lane in range(width):
                 d = xj - read_lane(pack["x"], lane)
@@ -143,13 +168,13 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths
                 pack["x"][a][lane] += dt * inverse_dx * pack["v"][a][lane]
 
     @ti.func
-    def report_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), mean: ti.template(), first,
-                    count, k, reports: ti.template()):
+    def report_pack(pack: ti.template(), first, count, k, report: ti.template()):
         bad = 0
         for lane in range(width):
             h, v = read_lane(pack["h"], lane), read_lane(pack["v"], lane)
             one = judged.judge(v, read_matrix_lane(pack["L"], lane), pack["growth"][0][lane], h,
-                               read_lane(pack["tau"], lane), work[lane] * pack["volume"][0][lane], iterations[lane])
+                               read_lane(pack["tau"], lane), pack["work"][lane] * pack["volume"][0][lane],
+                               pack["iterations"][lane])
             one[STRAIN] = h.norm_sqr()
             if ti.static(some_stiffen):
                 one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
@@ -158,7 +183,7 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths
                 one[BREAKING] = pack["breaks"][0][lane]
             one[EXCURSION] = 0.0
             for a in ti.static(range(dim)):
-                one[EXCURSION] += (v[a] - ti.cast(mean[a], real)) ** 2
+                one[EXCURSION] += (v[a] - ti.cast(report.mean[a], real)) ** 2
             used = lane < count
             for c in ti.static(range(N_REPORT)):
                 pack["most"][c][lane] = ti.select(used, one[c], 0.0)
@@ -173,8 +198,8 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths
                 else:
                     total[c] = larger(pack["most"][c][lane], total[c])
         for c in ti.static(range(N_REPORT)):
-            reports[k, c] = ti.cast(total[c], ti.f64)
-        reports[k, BAD] = ti.cast(bad, ti.f64)
+            report.of_packs[k, c] = ti.cast(total[c], ti.f64)
+        report.of_packs[k, BAD] = ti.cast(bad, ti.f64)
 
     @ti.func
     def wave_speed(pack: ti.template(), lane, material, speeds: ti.template(), law_of: ti.template()):
@@ -187,73 +212,63 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths
         return speed
 
     @ti.func
-    def write_pack(pack: ti.template(), first, count, reals: ti.template(), places, source: ti.template(),
-                   material: ti.template(), materials: ti.template(), speeds: ti.template(), law_of: ti.template(), dx):
+    def write_pack(pack: ti.template(), first, count, particles: ti.template(), places, rows: ti.template(),
+                   speeds: ti.template(), dx):
         for lane in range(count):
             p = first + lane
             x, v, tau = read_lane(pack["x"], lane), read_lane(pack["v"], lane), read_lane(pack["tau"], lane)
-            own, ratio = ti.cast(material[p], ti.i32), pack["ratio"][0][lane]
-            access.store(reals, places, p, at["position"], x)
-            particle.store_motion(p, reals, places, v, read_matrix_lane(pack["L"], lane))
-            particle.store_response(p, reals, places, read_lane(pack["h"], lane), tau, read_lane(pack["state"], lane),
-                                    ratio)
+            own, ratio = ti.cast(particles.material[p], ti.i32), pack["ratio"][0][lane]
+            access.store(particles.reals, places, p, at["position"], x)
+            particle.store_motion(p, particles.reals, places, v, read_matrix_lane(pack["L"], lane))
+            particle.store_response(p, particles.reals, places, read_lane(pack["h"], lane), tau,
+                                    read_lane(pack["state"], lane), ratio)
             back = ti.Matrix.identity(real, dim)
             if ti.static(row_layout.full):
                 back = read_matrix_lane(pack["back"], lane)
-            store_row(p, source, back, x, v, dx * read_matrix_lane(pack["L"], lane), tau, ratio,
-                      pack["volume"][0][lane] / dx**dim, materials[own, DENSITY],
-                      wave_speed(pack, lane, own, speeds, law_of))
+            L, volume = dx * read_matrix_lane(pack["L"], lane), pack["volume"][0][lane] / dx**dim
+            density, speed = particles.materials[own, DENSITY], wave_speed(pack, lane, own, speeds, particles.law_of)
+            store_row(p, rows.source, ti.static(Shown(x, v, L, tau, ratio, volume, density, speed)), back)
 
     @ti.func
-    def update_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), k, table: ti.template(),
-                    reals: ti.template(), places, material: ti.template(), materials: ti.template(),
-                    law_of: ti.template(), speeds: ti.template(), source: ti.template(), moved: ti.template(),
-                    entries: ti.template(), runs: ti.template(), n_runs: ti.template(), signs: ti.template(), capacity,
-                    most_runs, mean: ti.template(), dt, dx, reports: ti.template()):
-        first, count = table[k, FIRST], table[k, COUNT]
-        read_pack(pack, first, count, reals, places, moved)
-        begin = k * capacity
-        for q in range(n_runs[k]):
-            end = k * capacity + runs[k * most_runs + q, 1]
-            add_run(pack, runs[k * most_runs + q, 0], begin, end, moved, entries, signs)
+    def update_pack(pack: ti.template(), k, lists: ti.template(), particles: ti.template(), places,
+                    rows: ti.template(), report: ti.template(), step: ti.template()):
+        first, count = lists.table[k, FIRST], lists.table[k, COUNT]
+        read_pack(pack, first, count, particles.reals, places, rows.moved)
+        begin = k * lists.capacity
+        for q in range(lists.n_runs[k]):
+            end = k * lists.capacity + lists.runs[k * lists.most_runs + q, 1]
+            add_run(pack, lists.runs[k * lists.most_runs + q, 0], begin, end, rows.moved, lists)
             begin = end
-        deform_pack(pack, dt, 1.0 / dx)
-        apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
-        report_pack(pack, work, iterations, mean, first, count, k, reports)
-        write_pack(pack, first, count, reals, places, source, material, materials, speeds, law_of, dx)
+        deform_pack(pack, step.dt, 1.0 / step.dx)
+        apply_laws(pack, first, count, particles.material, particles.materials, particles.law_of, step.dt)
+        report_pack(pack, first, count, k, report)
+        write_pack(pack, first, count, particles, places, rows, step.speeds, step.dx)
 
-    @taichi_kernel
-    def update(table: ti.types.ndarray(), reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
-               materials: ti.types.ndarray(), law_of: ti.types.ndarray(), speeds: ti.types.ndarray(),
-               source: ti.types.ndarray(), moved: ti.types.ndarray(), entries: ti.types.ndarray(),
-               runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), capacity: int,
-               most_runs: int, mean: ti.types.ndarray(), dt: real, dx: real, reports: ti.types.ndarray(),
-               report: ti.types.ndarray(), n_packs: int, chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def update(lists: Lists, particles: ParticleArrays, rows: RowTables, report: Report, step: Step, n_packs: int,
+               chunk_bounds: Array):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
-                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                work, iterations = blank, count_blank
-                update_pack(pack, work, iterations, k, table, reals, access.places(reals, slot_offset), material,
-                            materials, law_of, speeds, source, moved, entries, runs, n_runs, signs, capacity, most_runs,
-                            mean, dt, dx, reports)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)} | {
+                    "work": blank, "iterations": count_blank}
+                update_pack(pack, k, lists, particles, access.places(particles.reals, particles.slot_offset), rows,
+                            report, step)
         else:
             ti.loop_config(serialize=serial)
             for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
                     begin, end = chunk(i, chunk_bounds)
-                    places = access.places(reals, slot_offset)
+                    places = access.places(particles.reals, particles.slot_offset)
                     blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
-                    pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                    work, iterations = blank, count_blank
+                    pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)} | {
+                        "work": blank, "iterations": count_blank}
                     for k in range(begin, end):
-                        update_pack(pack, work, iterations, k, table, reals, places, material, materials, law_of,
-                                    speeds, source, moved, entries, runs, n_runs, signs, capacity, most_runs, mean, dt,
-                                    dx, reports)
+                        update_pack(pack, k, lists, particles, places, rows, report, step)
         # Another launch would cost what a thousand particles do
         ti.loop_config(serialize=ti.static(in_order()))
         for i in range(partial_sums(n_packs)):
-            judged.add_rows(reports, i, n_packs, report)
+            judged.add_rows(report.of_packs, i, n_packs, report.total)
 
     def update_packs(*arguments):
         with plain_compilation():

@@ -12,7 +12,7 @@ import numpy as np
 
 from snowmpm.methods import Capabilities, MethodEntry
 from snowmpm.particles.coordinates import Frame
-from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.particles.sorted_particles import SortedParticles, Sorting
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import Extremes
 
@@ -28,8 +28,7 @@ class Sliding(Solver):
         self.frame = frame = Frame(self.dim, precision, origin, dx, lower, upper)
         period = frame.period(sides)
         self.particles = SortedParticles(
-            population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period)
+            population, laws, frame, gravity, Sorting(drift_limit=1.0), period)
         self.surfaces, self._terrain, self._friction = [], terrain, terrain_friction
         self.cfl, self.critical_cfl, self.scheme_name = cfl or CFL, CRITICAL, "sliding points"
         self.contact_work = 0.0

@@ -145,6 +145,8 @@ def test_packs_of_several_materials():
     stress = np.zeros((n, 4))
     in_line = np.zeros(n, np.int32)
 
+    columns = (("h", 4), ("tau", 4), ("A", 4), ("state", 1), ("held", held_numbers(A.vector_update, 4)))
+
     @ti.kernel
     def update_all(
         table: ti.types.ndarray(), material: ti.types.ndarray(), h: ti.types.ndarray(), state: ti.types.ndarray(),
@@ -153,33 +155,28 @@ def test_packs_of_several_materials():
         for k in range((n + LANES - 1) // LANES):
             first = k * LANES
             count = ti.min(LANES, n - first)
-            h_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
-            tau_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
-            A_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
-            held_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(held_numbers(A.vector_update, 4)))]
-            state_p, work_p = [ti.Vector.zero(ti.f64, LANES)], ti.Vector.zero(ti.f64, LANES)
-            count_p = ti.Vector.zero(ti.i32, LANES)
+            blank, count_blank = ti.Vector.zero(ti.f64, LANES), ti.Vector.zero(ti.i32, LANES)
+            states = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)} | {
+                "work": blank, "iterations": count_blank}
             same = True
             for lane in range(count):
                 p = first + lane
-                write_lane(h_p, lane, ti.Vector([h[p, j] for j in ti.static(range(4))]))
-                write_lane(state_p, lane, ti.Vector([state[p, 0]]))
-                write_lane(A_p, lane, ti.Vector([steps[p, j // 2, j % 2] for j in ti.static(range(4))]))
-                count_p[lane] = REDO
+                write_lane(states["h"], lane, ti.Vector([h[p, j] for j in ti.static(range(4))]))
+                write_lane(states["state"], lane, ti.Vector([state[p, 0]]))
+                write_lane(states["A"], lane, ti.Vector([steps[p, j // 2, j % 2] for j in ti.static(range(4))]))
+                states["iterations"][lane] = REDO
                 same = same and material[p] == material[first]
             for m in ti.static(range(2)):
                 if same and material[first] == m:
                     numbers = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
-                    update_pack(laws[m].vector_update, named(names[m], numbers), 1.0, h_p, state_p, A_p, tau_p, work_p,
-                                count_p, held_p)
+                    update_pack(laws[m].vector_update, named(names[m], numbers), 1.0, states)
             for lane in range(count):
-                in_line[first + lane] = ti.select(count_p[lane] == REDO, 0, 1)
+                in_line[first + lane] = ti.select(states["iterations"][lane] == REDO, 0, 1)
                 for m in ti.static(range(2)):
-                    if count_p[lane] == REDO and material[first + lane] == m:
+                    if states["iterations"][lane] == REDO and material[first + lane] == m:
                         numbers = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
-                        update_lane(laws[m].update, lane, named(names[m], numbers), 1.0, h_p, state_p, A_p, tau_p,
-                                    work_p, count_p)
-                tau = read_lane(tau_p, lane)
+                        update_lane(laws[m].update, lane, named(names[m], numbers), 1.0, states)
+                tau = read_lane(states["tau"], lane)
                 for j in ti.static(range(4)):
                     stress[first + lane, j] = tau[j]
 

@@ -44,10 +44,10 @@ def test_short_lists_of_neighbours_give_the_sums_of_the_long_ones(name, monkeypa
     short, left = stage(*CASES[name], haste=HASTE), []
     for _ in range(STEPS):
         short.step(short.stable_dt()[0])
-        _, runs, n_runs, *_ = short._near.of_particles
+        of_particles = short._near.of_particles
         lists, ends = short._near.lists, np.zeros(2)
-        for k, (own, amount) in enumerate(((runs, n_runs), (lists.runs, lists.n_runs))):
-            own, amount = own.to_numpy(), amount.to_numpy()
+        for k, read in enumerate((of_particles, lists)):
+            own, amount = read.runs.to_numpy(), read.n_runs.to_numpy()
             last = np.arange(short._near.packs.n) * lists.most_runs + amount[: short._near.packs.n] - 1
             ends[k] = own[last, 1].sum()
         left.append(ends[0] / ends[1])
@@ -58,6 +58,6 @@ def test_short_lists_of_neighbours_give_the_sums_of_the_long_ones(name, monkeypa
     long = stage(*CASES[name], haste=HASTE)
     for _ in range(STEPS):
         long.step(long.stable_dt()[0])
-    assert long._near.of_particles[0] is long._near.lists.entries
+    assert long._near.of_particles.entries is long._near.lists.entries
     for a, b in zip(numbers(short), numbers(long), strict=True):
         assert np.ascontiguousarray(a).tobytes() == np.ascontiguousarray(b).tobytes()

@@ -19,7 +19,7 @@ def test_dummies_lie_in_layers_along_any_plane():
     for angle in (0.0, np.radians(30.0), np.radians(45.0)):
         frame = Frame(2, "f64", np.zeros(2), 1.0, np.zeros(2), np.full(2, 20.0))
         ground = Plane(angle, (0.0, 6.0))
-        dummies = Boundary(frame, 3.0, terrain=ground).dummies
+        dummies = Boundary(frame, 3.0, ground=(ground, "stick", 0.0)).dummies
         points = np.concatenate([part.dummies.positions for part in dummies.parts])
         volumes = np.concatenate([part.dummies.volume for part in dummies.parts])
         depth = -ground.query(points)[0]

@@ -22,11 +22,11 @@ from snowmpm.components.seepage.fullness import REACH, Fullness, Grains, Walls
 from snowmpm.components.seepage.projection import Unsolved, pressed
 from snowmpm.components.seepage.waters import OWN, SeepingWaters
 from snowmpm.errors import SimulationError
-from snowmpm.particles.coordinates import Frame
-from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.particles.sorted_particles import SortedParticles, Sorting
 from snowmpm.stepping.component import Adapters
 from snowmpm.stepping.contract import Receives, StepLimits
 from snowmpm.stepping.method import Solver
+from snowmpm.stepping.setting import Setting
 
 USUAL_CFL, CRITICAL_CFL = 0.3, 0.84
 """Of s over the fall speed: the usual one, and the border of the atlas (`long_seepage_step`)."""
@@ -46,32 +46,30 @@ class SeepageSolver(Solver, Receives):
     contact_work = 0.0
     _pushing_speed = 0.0
 
-    def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, sides=None,
-                 adapters=()):
-        """adapters: among them `waters.SeepingWaters` of the population; the rest as of `sph.solver.SphSolver`."""
-        self.dim, self.dx, self.precision = len(origin), dx, precision
-        self.frame = Frame(self.dim, precision, origin, dx, lower, upper)
+    def __init__(self, population, laws, **setting):
+        """setting: fields of `Setting`, among its adapters `waters.SeepingWaters` of the population."""
+        given = Setting(**setting)
+        self.dim, self.dx, self.precision = given.dim, given.dx, given.precision
+        self.frame = given.frame()
         self.scheme_name = f"seepage ({self.dim}-D)"
         self.critical_cfl, self.usual_cfl = CRITICAL_CFL, USUAL_CFL
-        self.cfl = cfl or USUAL_CFL
-        self.adapters = Adapters(adapters)
-        self.particles = SortedParticles(
-            population, laws, dx=dx, precision=precision, origin=self.frame.origin,
-            limits=self.frame.limits(np.zeros(self.dim, np.int64)), gravity=gravity, drift_limit=1.0, second_moment=0.0,
-            **self.adapters.of_particles)
-        self._begin(population, gravity)
-        bounds = np.array([lower, upper], float)
-        self.walls = Walls([(axis, bounds[end, axis]) for axis, ends in enumerate(sides or [])
+        self.cfl = given.cfl or USUAL_CFL
+        self.adapters = Adapters(given.adapters)
+        self.particles = SortedParticles(population, laws, self.frame, given.gravity, Sorting(drift_limit=1.0),
+                                         carried=self.adapters.of_particles)
+        self._begin(population, given.gravity)
+        bounds = np.array([given.lower, given.upper], float)
+        self.walls = Walls([(axis, bounds[end, axis]) for axis, ends in enumerate(given.walls)
                             for end, name in enumerate(ends) if name in MIRRORS])
         self.phases = phases = next(one for one in self.adapters if isinstance(one, SeepingWaters))
         self.contact_work, self.passes = 0.0, 0
         self._grains = None
-        self.spacing = dx * float(min(phases.porosity)) ** (1.0 / self.dim)
+        self.spacing = self.dx * float(min(phases.porosity)) ** (1.0 / self.dim)
         """of free water [m]"""
         self.adapters.begin(self)
 
     @classmethod
-    def of(cls, population, laws, options, *, obstacles=(), terrain=None, **setting):
+    def of(cls, population, laws, options, **setting):
         """Solver of a scene (`snowmpm.methods.MethodEntry`); options, those of SPH, have no effect on it."""
         return cls(population, laws, **setting)
 

@@ -155,14 +155,13 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
             pack["growth"][0][lane], pack["ratio"][0][lane] = growth, ratio
 
     @ti.func
-    def report_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), found: ti.template(),
-                    worst: ti.template(), first, count):
+    def report_pack(pack: ti.template(), found: ti.template(), worst: ti.template(), first, count):
         """Add what a pack reports to the lanes of its block's report."""
         for lane in range(LANES):
             x, h = read_lane(pack["x"], lane), read_lane(pack["h"], lane)
             one = judged.judge(x, read_lane(pack["v"], lane), read_matrix_lane(pack["L"], lane),
                                pack["growth"][0][lane], h, read_lane(pack["tau"], lane),
-                               work[lane] * pack["volume"][0][lane], iterations[lane])
+                               pack["work"][lane] * pack["volume"][0][lane], pack["iterations"][lane])
             one[STRAIN] = h.norm_sqr()
             if ti.static(some_stiffen):
                 one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
@@ -235,9 +234,10 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
                 blanks = ti.Vector.zero(real, size * LANES)
-                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)} | {
+                    "work": blank, "iterations": count_blank}
                 found = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(found_columns)}
-                work, iterations, worst, address = blank, count_blank, count_blank, count_blank
+                worst, address = count_blank, count_blank
                 sums = [blanks for _ in ti.static(range(n_sums))]
                 for b in range(begin, end):
                     clear_found(found, worst)
@@ -248,8 +248,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
                         sum_over_nodes(pack, address, sums, first, count, reals, places, tiles, dt / dx)
                         spread_sums(pack, sums)
                         deform_pack(pack, dt, 1.0 / dx, flip_ratio)
-                        apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
-                        report_pack(pack, work, iterations, found, worst, first, count)
+                        apply_laws(pack, first, count, material, materials, law_of, dt)
+                        report_pack(pack, found, worst, first, count)
                         write_pack(pack, first, count, reals, places)
                     write_found(found, worst, b, active_nodes, reports)
         ti.loop_config(serialize=True)
