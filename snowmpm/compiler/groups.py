@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # what Taichi makes of them knows all that kernels ask
     Array: TypeAlias = Any
     Vectors: TypeAlias = Any
     Real: TypeAlias = Any
+    Double: TypeAlias = Any
 else:
 
     class Array:
@@ -41,14 +42,17 @@ else:
     class Real:
         """A number of the kernel's precision."""
 
+    class Double:
+        """A number in double precision."""
+
 
 def grouped_kernel(real):
     """Decorator: a `taichi_kernel` of a function whose arguments are groups, arrays and numbers. real: its precision.
 
-    Each argument is annotated with a NamedTuple, with `Array`, `Vectors`, `Real` or int; so are the fields of a
-    NamedTuple.
+    Each argument is annotated with a NamedTuple, with `Array`, `Vectors`, `Real`, `Double` or int; so are the fields of
+    a NamedTuple.
     """
-    kinds = {Array: ti.types.ndarray(), Real: real, int: int,
+    kinds = {Array: ti.types.ndarray(), Real: real, Double: ti.f64, int: int,
              Vectors: ti.types.ndarray(dtype=ti.types.vector(4, real), ndim=1)}
 
     def decorate(function):

@@ -56,11 +56,12 @@ class Course:
 
 
 class Blocks:
-    """Blocks on a bed. plan, velocity (n, 2) [m], [m/s]; depth, density (n,); friction: (law class, numbers (rows,
-    parameters), number of the row of each node (nx, ny), below 0 for holes); load: None, or
+    """Blocks on a bed. state: plan, velocity (n, 2) [m], [m/s], depth, density (n,); friction: (law class, numbers
+    (rows, parameters), number of the row of each node (nx, ny), below 0 for holes); load: None, or
     (`column_load.ColumnLoad.share`, index of the material (n,)): the ground bears less of them."""
 
-    def __init__(self, grid, bed, gravity, friction, plan, velocity, depth, density, centrifugal=True, load=None):
+    def __init__(self, grid, bed, gravity, friction, state, centrifugal=True, load=None):
+        plan, velocity, depth, density = state
         self._grid, self._g, self._centrifugal = grid, gravity, float(centrifugal)
         self._law, self._numbers, self._rows = friction
         inner = slice(MARGIN, -MARGIN)

@@ -6,6 +6,7 @@ from scipy.ndimage import maximum_filter
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.depth.arrays import ColumnArrays
 from snowmpm.depth.plan_sums import plan_sums
 from snowmpm.depth.snapshot import REACH, ColumnSnapshot
 from snowmpm.particles.contract import Particles
@@ -61,6 +62,11 @@ class Columns(Particles):
         self.sorts = 0
         self.laid_in_plan = []
         """Functions of components: (lower, cell, shape) -> volume [m3] that became ground over plan cells, or None"""
+
+    @property
+    def arrays(self):
+        """What kernels take of them."""
+        return ColumnArrays(self.cells, self.reals, self.material, self.densities)
 
     def _fill(self, cells, reals, material, identity, guests=0):
         real, numpy_real = DTYPES[self.precision]

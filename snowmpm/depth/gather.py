@@ -16,11 +16,12 @@ order for drags with v^2. A column that stops within a step goes as far as until
 """
 
 import functools
-from typing import Any
+from typing import Any, NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunks, is_worker, worker
+from snowmpm.depth.arrays import ColumnArrays, CoverArrays, GroundArrays, NodeArrays, Segments
 from snowmpm.depth.nodes import NODE
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.scatter import INTAKE, SEGMENT, moved
@@ -36,13 +37,21 @@ LEAST_DEPTH = 1e-3
 """Depth [m] below which friction takes a column for this deep."""
 
 
+class Step(NamedTuple):
+    """dt [s]; 1 / dx [1/m]; g [m/s2]; share of the centrifugal term that counts."""
+
+    dt: Real
+    inverse_dx: Real
+    g: Real
+    centrifugal: Real
+
+
 @functools.cache
 def gather_kernel(real, law, takes, load, serial):
     """Kernel that takes all columns through the second half of a step.
 
     law: class of the friction law (`snowmpm.ground`); takes: `law` of an `intake.Intake`, or None; load: class of a
-    `column_load.ColumnLoad`, or None; with more than one set of nodes, those of a column are set_of[material] further
-    on.
+    `column_load.ColumnLoad`, or None.
     """
     stress, names = law.stress, law.PARAMETERS
     intake, cover_names = (takes.intake, takes.PARAMETERS) if takes else (None, law.PARAMETERS)
@@ -53,24 +62,19 @@ def gather_kernel(real, law, takes, load, serial):
     bears: Any = load.borne(real) if load else None
     n_beside, steep = (load.node_size - NODE, load.steep) if parted else (0, 0)
 
-    @taichi_kernel
-    def gather(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
-               density: ti.types.ndarray(), lookup: ti.types.ndarray(), nodes: ti.types.ndarray(),
-               bed: ti.types.ndarray(), place: ti.types.ndarray(), friction: ti.types.ndarray(),
-               cover: ti.types.ndarray(), cover_place: ti.types.ndarray(),
-               report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(),
-               burden: ti.types.ndarray(), set_of: ti.types.ndarray(), stride: int, dt: real,
-               inverse_dx: real, g: real, centrifugal: real, n: int):
+    @grouped_kernel(real)
+    def gather(columns: ColumnArrays, nodes: NodeArrays, ground: GroundArrays, cover: CoverArrays, burden: Array,
+               segments: Segments, step: Step):
         ti.loop_config(serialize=serial)
-        for worker_at in range(chunks(bounds)):
+        for worker_at in range(chunks(segments.bounds)):
             if is_worker(worker_at):
-                for segment in range(bounds[worker(worker_at)], bounds[worker(worker_at) + 1]):
+                for segment in range(segments.bounds[worker(worker_at)], segments.bounds[worker(worker_at) + 1]):
                     speed2, wave2, left = ti.cast(0.0, real), ti.cast(0.0, real), 0
                     work, impulse = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 2)
                     taken_up, height = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
-                    for p in range(segment * SEGMENT, ti.min((segment + 1) * SEGMENT, n)):
-                        cell = cells[p]
-                        column = reals[p]
+                    for p in range(segment * SEGMENT, ti.min((segment + 1) * SEGMENT, segments.n)):
+                        cell = columns.cells[p]
+                        column = columns.reals[p]
                         f, old = ti.Vector([column[0], column[1]]), ti.Vector([column[2], column[3]])
                         wx, wy = weights(f[0]), weights(f[1])
                         dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
@@ -80,19 +84,19 @@ def gather_kernel(real, law, takes, load, serial):
                         own, slope = 0, ti.Vector.zero(real, 2)
                         beside = ti.Vector.zero(real, ti.static(max(1, n_beside)))
                         if ti.static(parted):
-                            own = set_of[material[p]]
-                        under = (cell[0] + MARGIN) * stride + cell[1] + MARGIN
-                        middle = bed[under]
+                            own = nodes.set_of[columns.material[p]]
+                        under = (cell[0] + MARGIN) * ground.stride + cell[1] + MARGIN
+                        middle = ground.bed[under]
                         depth, rate, level = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
                         for i in ti.static(range(3)):
-                            row = own + lookup[0, cell[0] + (i - 1 + MARGIN)]
+                            row = own + nodes.lookup[0, cell[0] + (i - 1 + MARGIN)]
                             # sums along y first: b, b', b'' of the ground, phi and phi', depth, beta, beta u
-                            ground, phi = ti.Vector.zero(real, 3), ti.Vector.zero(real, 2)
+                            heights, phi = ti.Vector.zero(real, 3), ti.Vector.zero(real, 2)
                             snow, beta = ti.cast(0.0, real), ti.Vector.zero(real, 3)
                             for j in ti.static(range(3)):
-                                values = nodes[row + lookup[1, cell[1] + (j - 1 + MARGIN)]]
-                                b = ti.cast(bed[under + (i - 1) * stride + (j - 1)] - middle, real)
-                                ground += b * ti.Vector([wy[j], dy[j], ddy[j]])
+                                values = nodes.values[row + nodes.lookup[1, cell[1] + (j - 1 + MARGIN)]]
+                                b = ti.cast(ground.bed[under + (i - 1) * ground.stride + (j - 1)] - middle, real)
+                                heights += b * ti.Vector([wy[j], dy[j], ddy[j]])
                                 phi += values[0] * ti.Vector([wy[j], dy[j]])
                                 snow += values[1] * wy[j]
                                 if ti.static(parted):
@@ -100,36 +104,37 @@ def gather_kernel(real, law, takes, load, serial):
                                         beside[k] += values[NODE + k] * wx[i] * wy[j]
                                     slope += values[steep] * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
                                 beta += wy[j] * ti.Vector([values[2], values[3], values[4]])
-                            level += wx[i] * ground[0]
-                            s += ti.Vector([dx[i] * ground[0], wx[i] * ground[1]])
-                            bend += ti.Vector([ddx[i] * ground[0], wx[i] * ground[2], dx[i] * ground[1]])
+                            level += wx[i] * heights[0]
+                            s += ti.Vector([dx[i] * heights[0], wx[i] * heights[1]])
+                            bend += ti.Vector([ddx[i] * heights[0], wx[i] * heights[2], dx[i] * heights[1]])
                             push += ti.Vector([dx[i] * phi[0], wx[i] * phi[1]])
                             depth += wx[i] * snow
                             rate += wx[i] * beta[0]
                             mean += wx[i] * ti.Vector([beta[1], beta[2]])
                         if ti.static(parted):
                             push = pushed(burden, p, beside, slope, push)
-                        s, push, bend = s * inverse_dx, push * inverse_dx, bend * inverse_dx**2
+                        s, push, bend = s * step.inverse_dx, push * step.inverse_dx, bend * step.inverse_dx**2
                         metric = 1.0 + s.dot(s)
                         cosine = 1.0 / ti.sqrt(metric)
                         # midpoint rule, since the ground's curvature makes the force depend on the velocity
                         across = push - s * (s.dot(push) / metric)
                         turn = bend[0] * old[0] ** 2 + bend[1] * old[1] ** 2 + 2.0 * bend[2] * old[0] * old[1]
-                        half = old - 0.5 * dt * (s * ((g + turn) / metric) + across)
+                        half = old - 0.5 * step.dt * (s * ((step.g + turn) / metric) + across)
                         turn = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
-                        new = old - dt * (s * ((g + turn) / metric) + across)
+                        new = old - step.dt * (s * ((step.g + turn) / metric) + across)
                         new += mean - rate * old
                         speed = ti.sqrt(new.dot(new) + new.dot(s) ** 2)
                         before = ti.sqrt(old.dot(old) + old.dot(s) ** 2)
-                        normal = cosine * (g + centrifugal * turn)
+                        normal = cosine * (step.g + step.centrifugal * turn)
                         if normal < 0.0:
                             normal = ti.cast(0.0, real)
                         thickness = ti.max(LEAST_DEPTH, depth * cosine)
-                        rho = ti.cast(density[material[p]], real)
-                        at = place[lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]]
+                        rho = ti.cast(columns.density[columns.material[p]], real)
+                        at = ground.place[nodes.lookup[0, cell[0] + MARGIN] + nodes.lookup[1, cell[1] + MARGIN]]
                         if at < 0:
                             left, at = left + 1, 0
-                        numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
+                        numbers = ti.Vector([ti.cast(ground.friction[at, k], real)
+                                             for k in ti.static(range(n_numbers))])
                         own_rho, own_share, dry_part = rho, ti.cast(1.0, real), ti.cast(1.0, real)
                         sigma = rho * normal * thickness
                         if ti.static(loaded):
@@ -139,21 +144,21 @@ def gather_kernel(real, law, takes, load, serial):
                         weight = rho * thickness
                         if ti.static(parted):
                             tau[0] *= dry_part
-                            rho = ti.cast(density[material[p]], real)
+                            rho = ti.cast(columns.density[columns.material[p]], real)
                         mass, volume, wanted, taken = rho * column[4], column[4], ti.cast(0.0, real), ti.cast(0.0, real)
-                        here = lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
+                        here = nodes.lookup[0, cell[0] + MARGIN] + nodes.lookup[1, cell[1] + MARGIN]
                         bed_numbers = ti.Vector.zero(real, n_cover)
                         if ti.static(taking):
                             for k in ti.static(range(n_cover)):
-                                bed_numbers[k] = ti.cast(cover[cover_place[here], k], real)
-                            share = nodes[own + here][NODE - 1]
-                            taken = dt * column[INTAKE] * share
+                                bed_numbers[k] = ti.cast(cover.numbers[cover.place[here], k], real)
+                            share = nodes.values[own + here][NODE - 1]
+                            taken = step.dt * column[INTAKE] * share
                             borne = intake(named(cover_names, bed_numbers), own_rho, tau[0] + tau[1] * before, before,
                                            thickness)[1]
                             tau *= 1.0 + share * (borne - 1.0)
-                        slowed = ti.max(0.0, speed - dt * tau[0] / weight) / (1.0 + dt * tau[1] / weight)
+                        slowed = ti.max(0.0, speed - step.dt * tau[0] / weight) / (1.0 + step.dt * tau[1] / weight)
                         if tau[1] < 0.0:  # a law that weakens with speed
-                            slowed = ti.max(0.0, speed - dt * (tau[0] + tau[1] * before) / weight)
+                            slowed = ti.max(0.0, speed - step.dt * (tau[0] + tau[1] * before) / weight)
                         slid = slowed
                         slowed *= mass / (mass + taken)
                         kept = slowed / ti.max(speed, 1e-30)
@@ -161,7 +166,7 @@ def gather_kernel(real, law, takes, load, serial):
                         # curvature again, at the mean of the velocities before and after friction
                         half = 0.5 * (old + new)
                         again = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
-                        new -= kept * dt * s * ((again - turn) / metric)
+                        new -= kept * step.dt * s * ((again - turn) / metric)
                         if ti.static(taking):
                             # wanted in the next step, at its middle if speed and volume go on like this
                             next_speed = ti.max(0.0, 1.5 * slowed - 0.5 * before)
@@ -174,7 +179,7 @@ def gather_kernel(real, law, takes, load, serial):
                         heavier = ti.cast(mass + taken, ti.f64)
                         stop = ti.cast(1.0, real)  # share of the step until it stopped
                         if slowed <= 0.0 and speed > 0.0:
-                            stop = speed * weight / (dt * (tau[0] + ti.min(0.0, tau[1]) * before))
+                            stop = speed * weight / (step.dt * (tau[0] + ti.min(0.0, tau[1]) * before))
                         # its impulse times the mean speed, and what taking up snow at rest costs
                         given = (ti.cast(before + slid, ti.f64) * (ti.cast(speed, ti.f64) - slid)
                                  - ti.cast((1.0 - stop) * before, ti.f64) * (ti.cast(speed, ti.f64) - before))
@@ -184,31 +189,32 @@ def gather_kernel(real, law, takes, load, serial):
                         height += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
                         volume += taken / rho
                         # one that stopped within the step goes no further than that
-                        cell, f = moved(cell, f, 0.5 * dt * inverse_dx * (new - (1.0 - stop) * old))
+                        cell, f = moved(cell, f, 0.5 * step.dt * step.inverse_dx * (new - (1.0 - stop) * old))
                         speed2 = ti.max(speed2, slowed**2)
-                        wave2 = ti.max(wave2, g * depth / metric)
+                        wave2 = ti.max(wave2, step.g * depth / metric)
                         for a in ti.static(range(2)):
                             at_node = ti.cast(cell[a], real) + f[a] + 0.5
-                            if walls[a, 0] == 1 and at_node < 0.0:
+                            if ground.walls[a, 0] == 1 and at_node < 0.0:
                                 cell[a], f[a], new[a] = -1 - cell[a], -f[a], -new[a]
-                            elif walls[a, 1] == 1 and at_node >= walls[a, 2]:
-                                cell[a], f[a], new[a] = 2 * walls[a, 2] - 1 - cell[a], -f[a], -new[a]
-                            elif walls[a, 3] == 1:
+                            elif ground.walls[a, 1] == 1 and at_node >= ground.walls[a, 2]:
+                                cell[a], f[a], new[a] = 2 * ground.walls[a, 2] - 1 - cell[a], -f[a], -new[a]
+                            elif ground.walls[a, 3] == 1:
                                 if cell[a] < 0:
-                                    cell[a] += walls[a, 2]
-                                elif cell[a] >= walls[a, 2]:
-                                    cell[a] -= walls[a, 2]
-                            elif at_node < 0.0 or at_node >= walls[a, 2]:
+                                    cell[a] += ground.walls[a, 2]
+                                elif cell[a] >= ground.walls[a, 2]:
+                                    cell[a] -= ground.walls[a, 2]
+                            elif at_node < 0.0 or at_node >= ground.walls[a, 2]:
                                 left += 1
                         for a in ti.static(range(2)):
                             impulse[a] += heavier * ti.cast(new[a], ti.f64) - ti.cast(mass * old[a], ti.f64)
-                        cells[p] = cell
-                        reals[p] = ti.Vector([f[0], f[1], new[0], new[1], volume, depth * cosine, new.dot(s), wanted])
-                    report[segment, SPEED2], report[segment, WAVE2] = speed2, wave2
-                    report[segment, LEFT] = left
-                    report[segment, FRICTION_WORK] = work
-                    report[segment, TAKEN_UP], report[segment, HEIGHT] = taken_up, height
+                        columns.cells[p] = cell
+                        columns.reals[p] = ti.Vector([f[0], f[1], new[0], new[1], volume, depth * cosine, new.dot(s),
+                                                      wanted])
+                    segments.report[segment, SPEED2], segments.report[segment, WAVE2] = speed2, wave2
+                    segments.report[segment, LEFT] = left
+                    segments.report[segment, FRICTION_WORK] = work
+                    segments.report[segment, TAKEN_UP], segments.report[segment, HEIGHT] = taken_up, height
                     for a in ti.static(range(2)):
-                        report[segment, IMPULSE + a] = impulse[a]
+                        segments.report[segment, IMPULSE + a] = impulse[a]
 
     return gather

@@ -3,6 +3,7 @@
 import numpy as np
 
 from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.depth.arrays import CoverArrays
 
 
 class Intake:
@@ -17,6 +18,11 @@ class Intake:
     def __init__(self, law, numbers, place, mass, lowering, under):
         self.law, self.numbers, self.place = law, numbers, place
         self.mass, self.lowering, self.under = mass, lowering, under
+
+    @property
+    def arrays(self):
+        """What kernels take of it."""
+        return CoverArrays(self.numbers, self.place, self.mass, self.lowering, self.under)
 
     @classmethod
     def none(cls, grid):

@@ -1,6 +1,7 @@
 """What components use of the depth-averaged method: its nodes and weights, and the points where kernels contain their
 functions."""
 
+from snowmpm.depth.arrays import ColumnArrays, NodeArrays
 from snowmpm.depth.column_load import ColumnLoad
 from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.intake import Intake
@@ -9,4 +10,5 @@ from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.smoothing import SMOOTHING
 from snowmpm.depth.spline import weights
 
-__all__ = ["LEAST_DEPTH", "MARGIN", "NODE", "SMOOTHING", "TILE", "ColumnLoad", "Intake", "weights"]
+__all__ = ["LEAST_DEPTH", "MARGIN", "NODE", "SMOOTHING", "TILE", "ColumnArrays", "ColumnLoad", "Intake", "NodeArrays",
+           "weights"]

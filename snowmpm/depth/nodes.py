@@ -23,10 +23,12 @@ far, it would let waves of two cells stand behind a shock.
 """
 
 import functools
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import strided, strides
+from snowmpm.depth.arrays import CoverArrays, NodeArrays, Tallies
 from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.scatter import TALLIES, WATER
 from snowmpm.depth.smoothing import SMOOTHING
@@ -45,27 +47,45 @@ def closing(s):
     return ti.max(0.0, (s[3] - u.dot(ti.Vector([s[4], s[5]]))) / s[0])
 
 
+class Step(NamedTuple):
+    """g [m/s2]; dx [m]; C_1 and C_2; dt [s]."""
+
+    g: Real
+    dx: Real
+    damping: Real
+    mixing: Real
+    dt: Real
+
+
+class Tiles(NamedTuple):
+    """Tiles of a set of nodes: those of the sets before it (`column_load`), n of its own, rows of them along y; nodes
+    along x and y."""
+
+    first: int
+    n: int
+    rows: int
+    nx: int
+    ny: int
+
+
 @functools.cache
 def node_kernel(real, takes, serial):
     """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these. Tiles that
     were touched in the step before only are `live`, and are emptied.
 
-    copies: sets of tallies that are added up, `stride` tiles each; base: tiles of sets before this one
-    (`column_load`). tile_rows: tiles along y. nx, ny: nodes. takes: whether snow cover is
-    taken up; then cover: mass left [kg] of each node's cell, lowering: how far [m] the ground sinks where a kilogram is
-    taken, under: the node's place in bed.
+    takes: whether snow cover is taken up.
     """
 
     @ti.func
-    def three(totals: ti.template(), lookup: ti.template(), cos2: ti.template(), first, i, j):
+    def three(nodes: ti.template(), first, i, j):
         """Totals and cos^2 (3, 7) of the nodes i - 1, i, i + 1 with the second index j."""
         found = ti.Matrix.zero(real, 3, TOTALS + 1)
         for a in ti.static(range(3)):
-            node = lookup[0, i + (a - 1 + MARGIN)] + lookup[1, j + MARGIN]
-            one = totals[first + node]
+            node = nodes.lookup[0, i + (a - 1 + MARGIN)] + nodes.lookup[1, j + MARGIN]
+            one = nodes.totals[first + node]
             for k in ti.static(range(TOTALS)):
                 found[a, k] = one[k]
-            found[a, TOTALS] = ti.cast(cos2[node], real)
+            found[a, TOTALS] = ti.cast(nodes.cos2[node], real)
         return found
 
     @ti.func
@@ -81,71 +101,67 @@ def node_kernel(real, takes, serial):
                 given += ti.Vector([s[0] * s[TOTALS] / 64.0, beta, beta / s[0] * s[1], beta / s[0] * s[2]])
         return given
 
-    @taichi_kernel
-    def resolve(tallies: ti.types.ndarray(), touched: ti.types.ndarray(), live: ti.types.ndarray(),
-                totals: ti.types.ndarray(), nodes: ti.types.ndarray(), lookup: ti.types.ndarray(),
-                cos2: ti.types.ndarray(), cover: ti.types.ndarray(), lowering: ti.types.ndarray(),
-                under: ti.types.ndarray(), bed: ti.types.ndarray(), g: real, dx: real, unit: real, damping: real,
-                mixing: real, dt: real, copies: int, stride: int, base: int, n_tiles: int, tile_rows: int, nx: int,
-                ny: int):
-        first = base * (TILE * TILE)
+    @grouped_kernel(real)
+    def resolve(tallies: Tallies, nodes: NodeArrays, cover: CoverArrays, bed: Array, step: Step, tiles: Tiles):
+        first = tiles.first * (TILE * TILE)
         ti.loop_config(serialize=serial)
-        for turn in range(strides(n_tiles)):
-            tile, found = strided(turn, n_tiles), 0
-            if tile < n_tiles:
-                for copy in range(copies):
-                    found += touched[copy * stride + base + tile] << copy
+        for turn in range(strides(tiles.n)):
+            tile, found = strided(turn, tiles.n), 0
+            if tile < tiles.n:
+                for copy in range(tallies.copies):
+                    found += tallies.touched[copy * tallies.stride + tiles.first + tile] << copy
             if found > 0:
-                for copy in range(copies):
-                    touched[copy * stride + base + tile] = 0
+                for copy in range(tallies.copies):
+                    tallies.touched[copy * tallies.stride + tiles.first + tile] = 0
                 for inner in range(TILE * TILE):
                     node = tile * (TILE * TILE) + inner
                     sums = ti.Vector.zero(real, TALLIES)
-                    for copy in range(copies):
+                    for copy in range(tallies.copies):
                         if (found >> copy) & 1:
-                            place = (copy * stride + base) * (TILE * TILE) + node
-                            sums += tallies[place]
-                            tallies[place] = ti.Vector.zero(real, TALLIES)
-                    totals[first + node] = ti.Vector([sums[k] for k in ti.static(range(TOTALS))])
+                            place = (copy * tallies.stride + tiles.first) * (TILE * TILE) + node
+                            sums += tallies.sums[place]
+                            tallies.sums[place] = ti.Vector.zero(real, TALLIES)
+                    nodes.totals[first + node] = ti.Vector([sums[k] for k in ti.static(range(TOTALS))])
                     if ti.static(takes):
-                        wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * unit
-                        nodes[first + node][NODE - 1] = 0.0
+                        wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * tallies.unit
+                        nodes.values[first + node][NODE - 1] = 0.0
                         if wanted > 0.0:
-                            taken = ti.min(wanted, cover[node])
-                            cover[node] -= taken
-                            bed[under[node]] -= taken * lowering[node]
-                            nodes[first + node][NODE - 1] = ti.cast(taken / wanted, real)
-                live[base + tile] = 1
-            elif tile < n_tiles and live[base + tile] > 0:
+                            taken = ti.min(wanted, cover.mass[node])
+                            cover.mass[node] -= taken
+                            bed[cover.under[node]] -= taken * cover.lowering[node]
+                            nodes.values[first + node][NODE - 1] = ti.cast(taken / wanted, real)
+                nodes.live[tiles.first + tile] = 1
+            elif tile < tiles.n and nodes.live[tiles.first + tile] > 0:
                 for inner in range(TILE * TILE):
-                    totals[(base + tile) * (TILE * TILE) + inner] = ti.Vector.zero(real, TOTALS)
+                    nodes.totals[(tiles.first + tile) * (TILE * TILE) + inner] = ti.Vector.zero(real, TOTALS)
                     for k in ti.static(range(NODE)):
-                        nodes[(base + tile) * (TILE * TILE) + inner][k] = 0.0
-                live[base + tile] = 0
-        deep = unit / (dx * dx)
+                        nodes.values[(tiles.first + tile) * (TILE * TILE) + inner][k] = 0.0
+                nodes.live[tiles.first + tile] = 0
+        deep = tallies.unit / (step.dx * step.dx)
         ti.loop_config(serialize=serial)
-        for turn in range(strides(n_tiles)):
-            tile = strided(turn, n_tiles)
-            if tile < n_tiles and live[base + tile] > 0:
+        for turn in range(strides(tiles.n)):
+            tile = strided(turn, tiles.n)
+            if tile < tiles.n and nodes.live[tiles.first + tile] > 0:
                 for row in range(TILE):
-                    i, first_j = tile // tile_rows * TILE + row, tile % tile_rows * TILE
-                    if i < nx:
-                        here = three(totals, lookup, cos2, first, i, first_j)
-                        behind = corners(three(totals, lookup, cos2, first, i, first_j - 1), here, dt * mixing / dx)
-                        for j in range(first_j, ti.min(first_j + TILE, ny)):
-                            ahead = three(totals, lookup, cos2, first, i, j + 1)
-                            before = corners(here, ahead, dt * mixing / dx)
+                    i, first_j = tile // tiles.rows * TILE + row, tile % tiles.rows * TILE
+                    if i < tiles.nx:
+                        here = three(nodes, first, i, first_j)
+                        behind = corners(three(nodes, first, i, first_j - 1), here, step.dt * step.mixing / step.dx)
+                        for j in range(first_j, ti.min(first_j + TILE, tiles.ny)):
+                            ahead = three(nodes, first, i, j + 1)
+                            before = corners(here, ahead, step.dt * step.mixing / step.dx)
                             given, V = behind + before, here[1, 0]
                             level = here[1, TOTALS] * V
                             beta, drive = given[1], ti.Vector([given[2], given[3]])
                             if V > 0.0:
-                                share = 1.0 - ti.exp(-dt * damping * ti.sqrt(g * level * deep) / dx)
+                                share = 1.0 - ti.exp(-step.dt * step.damping * ti.sqrt(step.g * level * deep) / step.dx)
                                 beta += share
                                 drive += share / V * ti.Vector([here[1, 1], here[1, 2]])
                             level += SMOOTHING * (given[0] - level)
                             node = first + tile * (TILE * TILE) + row * TILE + j - first_j
-                            nodes[node][0], nodes[node][1], nodes[node][2] = g * level * deep, V * deep, beta
-                            nodes[node][3], nodes[node][4] = drive[0], drive[1]
+                            nodes.values[node][0] = step.g * level * deep
+                            nodes.values[node][1], nodes.values[node][2] = V * deep, beta
+                            nodes.values[node][3], nodes.values[node][4] = drive[0], drive[1]
                             here, behind = ahead, before
 
     return resolve

@@ -9,8 +9,9 @@ depend on that number; on a GPU all add to the same nodes by atomics.
 import functools
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunks, is_worker, worker
+from snowmpm.depth.arrays import ColumnArrays, NodeArrays, Tallies
 from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.spline import first_derivatives, weights
 
@@ -44,58 +45,56 @@ def scatter_kernel(real, shared, takes, serial, sets=1):
     """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes. takes: whether there is
     snow cover to take up.
 
-    shared: whether all threads add to the same nodes, by atomics. sets: of nodes, those of a column set_of[material]
-    further on; n_nodes: of all.
+    shared: whether all threads add to the same nodes, by atomics. sets: of nodes.
     """
 
     @ti.func
-    def add(tallies: ti.template(), place, values):
+    def add(sums: ti.template(), place, values):
         if ti.static(shared):
             for k in ti.static(range(TALLIES - 1)):
-                ti.atomic_add(tallies[place][k], values[k])
+                ti.atomic_add(sums[place][k], values[k])
         else:
-            tallies[place] = tallies[place] + values
+            sums[place] = sums[place] + values
 
-    @taichi_kernel
-    def scatter(cells: ti.types.ndarray(), reals: ti.types.ndarray(), lookup: ti.types.ndarray(),
-                tallies: ti.types.ndarray(), touched: ti.types.ndarray(), bounds: ti.types.ndarray(),
-                material: ti.types.ndarray(), set_of: ti.types.ndarray(), half: real, inverse_dx: real,
-                unit: real, n_nodes: int, n: int):
+    @grouped_kernel(real)
+    def scatter(columns: ColumnArrays, nodes: NodeArrays, tallies: Tallies, bounds: Array, half: Real,
+                inverse_dx: Real, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
             if is_worker(worker_at):
-                first_node = 0 if ti.static(shared) else worker(worker_at) * n_nodes
+                first_node = 0 if ti.static(shared) else worker(worker_at) * tallies.n_nodes
                 for p in range(bounds[worker(worker_at)] * SEGMENT,
                                ti.min(bounds[worker(worker_at) + 1] * SEGMENT, n)):
-                    column = reals[p]
+                    column = columns.reals[p]
                     v = ti.Vector([column[2], column[3]])
-                    cell, f = moved(cells[p], ti.Vector([column[0], column[1]]), half * inverse_dx * v)
+                    cell, f = moved(columns.cells[p], ti.Vector([column[0], column[1]]), half * inverse_dx * v)
                     own = first_node
                     if ti.static(sets > 1):
-                        own += set_of[material[p]]
-                    cells[p] = cell
+                        own += nodes.set_of[columns.material[p]]
+                    columns.cells[p] = cell
                     column[0], column[1] = f[0], f[1]
-                    reals[p] = column
-                    volume = column[4] / unit
+                    columns.reals[p] = column
+                    volume = column[4] / tallies.unit
                     wx, wy = weights(f[0]), weights(f[1])
                     dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
                     for i in ti.static(range(3)):
-                        row = lookup[0, cell[0] + (i - 1 + MARGIN)]
+                        row = nodes.lookup[0, cell[0] + (i - 1 + MARGIN)]
                         for j in ti.static(range(3)):
-                            node = row + lookup[1, cell[1] + (j - 1 + MARGIN)]
+                            node = row + nodes.lookup[1, cell[1] + (j - 1 + MARGIN)]
                             place = own + node
                             share = volume * wx[i] * wy[j]
                             along = volume * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
-                            add(tallies, place, ti.Vector([share, share * v[0], share * v[1], along.dot(v), along[0],
-                                                           along[1], 0.0 * share]))
+                            add(tallies.sums, place, ti.Vector([share, share * v[0], share * v[1], along.dot(v),
+                                                                along[0], along[1], 0.0 * share]))
                             for k in ti.static(range(sets)):  # all have their numbers wherever one is
-                                touched[(first_node + k * (n_nodes // sets) + node) // (TILE * TILE)] = 1
+                                at = first_node + k * (tallies.n_nodes // sets) + node
+                                tallies.touched[at // (TILE * TILE)] = 1
                     if ti.static(takes):
-                        place = own + lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
-                        wanted = 2.0 * half * column[INTAKE] / (WATER * unit)
+                        place = own + nodes.lookup[0, cell[0] + MARGIN] + nodes.lookup[1, cell[1] + MARGIN]
+                        wanted = 2.0 * half * column[INTAKE] / (WATER * tallies.unit)
                         if ti.static(shared):
-                            ti.atomic_add(tallies[place][TALLIES - 1], wanted)
+                            ti.atomic_add(tallies.sums[place][TALLIES - 1], wanted)
                         else:
-                            tallies[place][TALLIES - 1] = tallies[place][TALLIES - 1] + wanted
+                            tallies.sums[place][TALLIES - 1] = tallies.sums[place][TALLIES - 1] + wanted
 
     return scatter

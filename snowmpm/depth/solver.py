@@ -15,13 +15,15 @@ from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth import gather, scatter
+from snowmpm.depth.arrays import GroundArrays, NodeArrays, Segments, Tallies
 from snowmpm.depth.bed import Bed
 from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
 from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.intake import Intake
 from snowmpm.depth.loads import Gauges
-from snowmpm.depth.nodes import NODE, TOTALS, node_kernel
+from snowmpm.depth.nodes import NODE, TOTALS, Tiles, node_kernel
+from snowmpm.depth.nodes import Step as NodeStep
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.ground.friction import GroundFriction
@@ -98,34 +100,31 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         real = runtime.DTYPES[self.precision][0]
         grid, count = self.grid, max(1, self.particles.count)
         self._shared = runtime.fine_grained()
-        self._copies = 1 if self._shared else scatter.WORKERS
         load = self._load
         self._sets = load.sets if load else 1
         n_nodes = self._sets * grid.n_nodes
-        self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * n_nodes)
-        self._tallies.fill(0.0)
-        self._touched = int_array(np.zeros(self._copies * self._sets * grid.n_tiles))
-        self._live = int_array(np.zeros(self._sets * grid.n_tiles))
-        self._nodes = ti.Vector.ndarray(load.node_size if load else NODE, real, n_nodes)
-        self._nodes.fill(0.0)
-        self._totals = ti.Vector.ndarray(TOTALS, real, n_nodes)
-        self._totals.fill(0.0)
-        self._cos2 = real_array(grid.flat(self.bed.cos2))
-        self._set_of = int_array(grid.n_nodes * load.set_of if self._sets > 1 else np.zeros(1))
-        self.unit = float(population.volumes.mean())
+        copies, self.unit = 1 if self._shared else scatter.WORKERS, float(population.volumes.mean())
+        sums, values, totals = (ti.Vector.ndarray(size, real, n) for size, n in (
+            (scatter.TALLIES, copies * n_nodes), (load.node_size if load else NODE, n_nodes), (TOTALS, n_nodes)))
+        for array in (sums, values, totals):
+            array.fill(0.0)
+        n_tiles = self._sets * grid.n_tiles
+        self._tallies = Tallies(sums, int_array(np.zeros(copies * n_tiles)), copies, n_nodes, n_tiles, self.unit)
+        self.nodes = NodeArrays(
+            grid.lookup, values, totals, int_array(np.zeros(n_tiles)), real_array(grid.flat(self.bed.cos2)),
+            int_array(grid.n_nodes * load.set_of if self._sets > 1 else np.zeros(1)))
         self._law, numbers = self.on_ground(friction)
         for changed in self.adapters.friction:
             self._law, numbers = changed(self._law, numbers, grid)
         self._intake = next((make(self) for make in self.adapters.intake), None) or Intake.none(grid)
-        self._numbers = real_array(numbers)
         place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
         place[grid.nodes()[self.bed.holes]] = -1
-        self._place = int_array(place)
         walls = np.zeros((2, 4), int)
         for axis in (0, 1):
             walls[axis] = [*(name in WALLS for name in sides[axis]), grid.shape[axis],
                            grid.repeats[axis]]
-        self._walls = int_array(walls)
+        self._ground = GroundArrays(self.bed.table, self.bed.stride, int_array(place), real_array(numbers),
+                                    int_array(walls))
         self._bounds: Any = None
         self._report: Any = ()
         self._serial = runs_serially(COLUMN_STEP * count)
@@ -151,17 +150,6 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         return runtime.DTYPES[self.precision][0]
 
     @property
-    def node_values(self):
-        """Taichi (n_nodes,) of what columns feel of each other (`depth.nodes`), as of the last step."""
-        return self._nodes
-
-    @property
-    def node_totals(self):
-        """Taichi (n_nodes,): sums over the columns around each, live (n_tiles,): tiles that have some, and cos2
-        (n_nodes,) of the ground (`depth.nodes`); of all sets of nodes."""
-        return self._totals, self._live, self._cos2
-
-    @property
     def serial(self):
         """Whether one thread takes all loops."""
         return self._serial
@@ -182,28 +170,26 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         store, grid, cover, options = self.particles, self.grid, self._intake, self.options
         real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
         bounds, report = self._shares()
+        columns, nodes, tallies = store.arrays, self.nodes, self._tallies
         with runtime.precision(self.precision):
             scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial, self._sets)(
-                store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, store.material,
-                self._set_of, 0.5 * dt, 1.0 / grid.dx, self.unit, self._sets * grid.n_nodes, store.rows)
+                columns, nodes, tallies, bounds, 0.5 * dt, 1.0 / grid.dx, store.rows)
             sizes = grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist()
             for number in range(self._sets):  # one after the other, since all may take from the same snow cover
                 node_kernel(real, cover.law is not None, self._serial)(
-                    self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
-                    cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self.unit, options.damping,
-                    options.mixing, dt, self._copies, self._sets * grid.n_tiles, number * grid.n_tiles, *sizes)
+                    tallies, nodes, cover.arrays, self.bed.table,
+                    NodeStep(g, grid.dx, options.damping, options.mixing, dt), Tiles(number * grid.n_tiles, *sizes))
             for act in self.adapters.after_scatter:
                 act(dt, dt)
             load, kind = self._load, type(self._load) if self._load else None
             gather.gather_kernel(real, self._law, cover.law, kind, self._serial)(
-                store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
-                self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                load.numbers if load else self._numbers, self._set_of, self.bed.stride, dt, 1.0 / grid.dx, g,
-                float(options.centrifugal), store.flowing)
+                columns, nodes, self._ground, cover.arrays, load.numbers if load else self._ground.friction,
+                Segments(bounds, report, store.flowing),
+                gather.Step(dt, 1.0 / grid.dx, g, float(options.centrifugal)))
             for act in self.adapters.after_gather:
                 act(dt)
             if self._gauges:
-                self._gauges.feel(self._totals, self.unit, dt)
+                self._gauges.feel(nodes.totals, self.unit, dt)
         store.changed()
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
@@ -280,10 +266,11 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
         position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
         material = snapshot.labels[chosen, 0]
-        friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
-        blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
-                        np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), store.density[material],
-                        self.options.centrifugal, self._load and (self._load.share, material))
+        numbers, place = (array.to_numpy() for array in (self._ground.friction, self._ground.place))
+        state = position, w, np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), store.density[material]
+        blocks = Blocks(grid, self.bed, -float(self.gravity[2]),
+                        (self._law, numbers.astype(float), place[grid.nodes()]), state, self.options.centrifugal,
+                        self._load and (self._load.share, material))
         share = self.cfl / math.sqrt(DEEPER)
         course = run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
         return course.later(float(store.starts[-1]), end_time)
@@ -351,7 +338,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
     def memory(self):
         """Bytes of everything but the columns."""
         grid, real = self.grid, 4 if self.precision == "f32" else 8
-        return (grid.n_nodes * (self._copies * real * scatter.TALLIES + NODE * real + 8 + 4)
+        return (grid.n_nodes * (self._tallies.copies * real * scatter.TALLIES + NODE * real + 8 + 4)
                 + self.bed.table.shape[0] * 8 + self.adapters.bytes)
 
     # ---- checkpoint -------------------------------------------------------------------------------------------

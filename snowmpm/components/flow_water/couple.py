@@ -32,7 +32,7 @@ import numpy as np
 from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import strided, strides
-from snowmpm.depth.kernel_api import MARGIN, TILE
+from snowmpm.depth.kernel_api import MARGIN, TILE, NodeArrays
 
 OWN, HEAVY, LIGHT, LOOSE, APART, NUMBERS = 6, 7, 8, 9, 10, 11
 """Places in the numbers of a node, after those of `depth.nodes`: depth of the phase alone, g/2 m / rho_w, h rho_w / m,
@@ -43,17 +43,6 @@ LEAST_SHARE = 0.02
 
 TABLE = 1025
 """Entries of C by porosity, 0 to 1."""
-
-
-class Nodes(NamedTuple):
-    """nodes, totals, live of `depth.nodes`, of both phases; cos2, lookup; drag: ln C [Pa s/m2] by porosity."""
-
-    nodes: Array
-    totals: Array
-    live: Array
-    cos2: Array
-    lookup: Array
-    drag: Array
 
 
 class Sizes(NamedTuple):
@@ -86,10 +75,10 @@ def drag_table(law):
 
 @functools.cache
 def couple_kernel(real, serial):
-    """Kernel that puts both phases of the nodes together, after `depth.nodes` of each alone."""
+    """Kernel that puts both phases of the nodes together, after `depth.nodes` of each alone. ln_drag: `drag_table`."""
 
     @grouped_kernel(real)
-    def couple(at: Nodes, size: Sizes, mix: Mixture):
+    def couple(at: NodeArrays, ln_drag: Array, size: Sizes, mix: Mixture):
         ti.loop_config(serialize=serial)
         for turn in range(strides(size.n_tiles)):
             tile = strided(turn, size.n_tiles)
@@ -109,18 +98,18 @@ def couple_kernel(real, serial):
                                                    ti.static((b - 1) * (2 - abs(a - 1)))])
                                 rise_s += level * at.totals[other][0] * along
                                 rise_w += level * at.totals[other + size.n_nodes][0] * along
-                        grains, wet = at.nodes[node], at.nodes[water]
+                        grains, wet = at.values[node], at.values[water]
                         h_s, h_w = grains[1], wet[1]
                         h = h_s + h_w
                         m_s, m_w = mix.grains * h_s, mix.water * h_w
                         light = mix.water * h / ti.max(m_s + m_w, 1e-30)
                         heavy = 0.5 * (grains[0] / gamma + wet[0])
-                        at.nodes[node][ti.static(OWN)], at.nodes[water][ti.static(OWN)] = h_s, h_w
+                        at.values[node][ti.static(OWN)], at.values[water][ti.static(OWN)] = h_s, h_w
                         for k in ti.static(range(2)):
-                            at.nodes[node + k * size.n_nodes][0] = 0.5 * (grains[0] + wet[0])
-                            at.nodes[node + k * size.n_nodes][1] = h
-                            at.nodes[node + k * size.n_nodes][ti.static(HEAVY)] = heavy
-                            at.nodes[node + k * size.n_nodes][ti.static(LIGHT)] = light
+                            at.values[node + k * size.n_nodes][0] = 0.5 * (grains[0] + wet[0])
+                            at.values[node + k * size.n_nodes][1] = h
+                            at.values[node + k * size.n_nodes][ti.static(HEAVY)] = heavy
+                            at.values[node + k * size.n_nodes][ti.static(LIGHT)] = light
                         loose, mean = 1.0 + 0.0 * h, 1.0 + 0.0 * h
                         # Disorder is damped at the speed of waves of both
                         whole = ti.exp(-mix.damping * mix.dt / mix.dx * ti.sqrt(ti.max(0.0, grains[0] + wet[0])))
@@ -132,9 +121,9 @@ def couple_kernel(real, serial):
                                 part[2] += more
                                 for axis in ti.static(range(2)):
                                     part[3 + axis] += more * sums[1 + axis] / sums[0]
-                            at.nodes[node + k * size.n_nodes][2] = part[2]
+                            at.values[node + k * size.n_nodes][2] = part[2]
                             for axis in ti.static(range(2)):
-                                at.nodes[node + k * size.n_nodes][3 + axis] = part[3 + axis]
+                                at.values[node + k * size.n_nodes][3 + axis] = part[3 + axis]
                         least = ti.static(LEAST_SHARE) * h
                         if h_s > least and h_w > least:
                             s, w = at.totals[node], at.totals[water]
@@ -143,7 +132,7 @@ def couple_kernel(real, serial):
                             place = ti.static(float(TABLE - 1)) * h_w / h
                             low = ti.min(ti.cast(place, ti.i32), TABLE - 2)
                             on = place - low
-                            drag = ti.exp((1.0 - on) * at.drag[low] + on * at.drag[low + 1])
+                            drag = ti.exp((1.0 - on) * ln_drag[low] + on * ln_drag[low + 1])
                             rate = mix.dt * ti.cast(drag, real) * h * (1.0 / m_s + 1.0 / m_w)
                             kept = ti.exp(-rate)
                             mean = 1.0 - 0.5 * rate
@@ -152,10 +141,10 @@ def couple_kernel(real, serial):
                             change = (kept - 1.0) * slip + mix.dt * mean * apart
                             loose = mix.dt / mix.dx * (kept * slip + mix.dt * mean * apart).norm()
                             for k in ti.static(range(2)):
-                                at.nodes[node][3 + k] = grains[3 + k] - m_w / (m_s + m_w) * change[k]
-                                at.nodes[water][3 + k] = wet[3 + k] + m_s / (m_s + m_w) * change[k]
+                                at.values[node][3 + k] = grains[3 + k] - m_w / (m_s + m_w) * change[k]
+                                at.values[water][3 + k] = wet[3 + k] + m_s / (m_s + m_w) * change[k]
                         for k in ti.static(range(2)):
-                            at.nodes[node + k * size.n_nodes][ti.static(LOOSE)] = loose
-                            at.nodes[node + k * size.n_nodes][ti.static(APART)] = mean
+                            at.values[node + k * size.n_nodes][ti.static(LOOSE)] = loose
+                            at.values[node + k * size.n_nodes][ti.static(APART)] = mean
 
     return couple

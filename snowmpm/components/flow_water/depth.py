@@ -1,7 +1,7 @@
 """Water in the columns of a depth-averaged flow, over each of its steps."""
 
 from snowmpm.compiler.arrays import real_array
-from snowmpm.components.flow_water.couple import Mixture, Nodes, Sizes, couple_kernel, drag_table
+from snowmpm.components.flow_water.couple import Mixture, Sizes, couple_kernel, drag_table
 from snowmpm.components.flow_water.from_scene import flow_water
 from snowmpm.components.flow_water.load import OnePhase, TwoPhases
 from snowmpm.components.flow_water.two_phase import TwoPhaseWater
@@ -70,10 +70,9 @@ class MixedColumns(WetColumns):
     def after_scatter(self, dt, pushed):
         """Put the phases of the nodes together (`couple`)."""
         solver, grid, water = self._solver, self._solver.grid, self.load.water
-        totals, live, cos2 = solver.node_totals
         g = -float(solver.gravity[2])
         couple_kernel(solver.real, solver.serial)(
-            Nodes(solver.node_values, totals, live, cos2, grid.lookup, self._drag),
+            solver.nodes, self._drag,
             Sizes(grid.n_nodes, grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist()),
             Mixture(water.grain_density, water.density, g, grid.dx, solver.unit / grid.dx**2, dt,
                     solver.options.damping))

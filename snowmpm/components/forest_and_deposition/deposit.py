@@ -9,14 +9,15 @@ over a cell, spread as the depth is (`depth.smoothing`), so that the surface of 
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import real_array
-from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.depth.kernel_api import LEAST_DEPTH, MARGIN, SMOOTHING, weights
+from snowmpm.compiler.groups import Array, Double, Real, grouped_kernel
+from snowmpm.depth.kernel_api import LEAST_DEPTH, MARGIN, SMOOTHING, ColumnArrays, NodeArrays, weights
 
 MASS, MOMENTUM, ENERGY, EMPTY = 0, 1, 4, 5
 """Sums of a step: laid down [kg], momentum (3) and energy of it, columns that hold next to nothing."""
@@ -40,11 +41,32 @@ def over_corners(w):
     return 0.25 * ti.Vector([w[0], 2.0 * w[0] + w[1], w[0] + 2.0 * w[1] + w[2], w[1] + 2.0 * w[2], w[2]])
 
 
+class Ground(NamedTuple):
+    """Heights of nx times ny nodes and beyond the sides, in rows of stride; K of each node; volume laid over it."""
+
+    bed: Array
+    stride: int
+    nx: int
+    ny: int
+    detrainment: Array
+    laid: Array
+
+
+class Step(NamedTuple):
+    """dt [s]; dx [m]; g [m/s2]; share of snow at rest that becomes ground; volume that a column keeps [m3]; columns."""
+
+    dt: Real
+    dx: Double
+    g: Double
+    resting: Real
+    least: Real
+    n: int
+
+
 @functools.cache
 def lay_kernel(real, shared):
     """Kernel that lays snow of the columns down. One thread in the order of the columns, so that sums do not depend on
-    the number of threads; shared: all threads, by atomics. resting: share of snow at rest that becomes ground; least:
-    volume that a column keeps [m3]; sums: of the step."""
+    the number of threads; shared: all threads, by atomics. sums: of the step."""
 
     @ti.func
     def add(table: ti.template(), at, value):
@@ -54,38 +76,36 @@ def lay_kernel(real, shared):
             table[at] = table[at] + value
 
     @ti.func
-    def lift(bed: ti.template(), stride, nx, ny, i, j, rise):
-        """Raise the bed at one of nx times ny cells, and at its mirror images just beyond the sides."""
-        add(bed, (i + MARGIN) * stride + j + MARGIN, rise)
+    def lift(ground: ti.template(), i, j, rise):
+        """Raise the bed at a cell, and at its mirror images just beyond the sides."""
+        stride, nx, ny = ground.stride, ground.nx, ground.ny
+        add(ground.bed, (i + MARGIN) * stride + j + MARGIN, rise)
         beyond = ti.Vector([ti.select(i == 0, -1, ti.select(i == nx - 1, nx, i)),
                             ti.select(j == 0, -1, ti.select(j == ny - 1, ny, j))])
         if beyond[0] != i:
-            add(bed, (beyond[0] + MARGIN) * stride + j + MARGIN, rise)
+            add(ground.bed, (beyond[0] + MARGIN) * stride + j + MARGIN, rise)
         if beyond[1] != j:
-            add(bed, (i + MARGIN) * stride + beyond[1] + MARGIN, rise)
+            add(ground.bed, (i + MARGIN) * stride + beyond[1] + MARGIN, rise)
         if beyond[0] != i and beyond[1] != j:
-            add(bed, (beyond[0] + MARGIN) * stride + beyond[1] + MARGIN, rise)
+            add(ground.bed, (beyond[0] + MARGIN) * stride + beyond[1] + MARGIN, rise)
 
-    @taichi_kernel
-    def lay(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
-            density: ti.types.ndarray(), lookup: ti.types.ndarray(), nodes: ti.types.ndarray(), bed: ti.types.ndarray(),
-            detrainment: ti.types.ndarray(), laid: ti.types.ndarray(), sums: ti.types.ndarray(), stride: int, nx: int,
-            ny: int, dt: real, dx: ti.f64, g: ti.f64, resting: real, least: real, n: int):
-        area = dx * dx
+    @grouped_kernel(real)
+    def lay(columns: ColumnArrays, nodes: NodeArrays, ground: Ground, sums: Array, step: Step):
+        area = step.dx * step.dx
         ti.loop_config(serialize=not shared)
-        for p in range(n):
-            column = reals[p]
+        for p in range(step.n):
+            column = columns.reals[p]
             speed2 = column[2] ** 2 + column[3] ** 2 + column[6] ** 2
-            i, j = cells[p][0], cells[p][1]
-            rho, volume = ti.cast(density[material[p]], real), column[4]
-            gone = 0.0 * dt
-            here = lookup[0, i + MARGIN] + lookup[1, j + MARGIN]
-            stops = ti.cast(detrainment[here], real)
+            i, j = columns.cells[p][0], columns.cells[p][1]
+            rho, volume = ti.cast(columns.density[columns.material[p]], real), column[4]
+            gone = 0.0 * step.dt
+            here = nodes.lookup[0, i + MARGIN] + nodes.lookup[1, j + MARGIN]
+            stops = ti.cast(ground.detrainment[here], real)
             if speed2 == 0.0:
-                gone = resting * volume
+                gone = step.resting * volume
             elif stops > 0.0:
-                gone = dt * stops * volume / (rho * ti.max(LEAST_DEPTH, column[5]) * ti.sqrt(speed2))
-            left = ti.max(volume - gone, ti.min(least, volume))
+                gone = step.dt * stops * volume / (rho * ti.max(LEAST_DEPTH, column[5]) * ti.sqrt(speed2))
+            left = ti.max(volume - gone, ti.min(step.least, volume))
             if left < volume:
                 given = ti.cast(volume, ti.f64) - ti.cast(left, ti.f64)
                 wx, wy = weights(column[0]), weights(column[1])
@@ -94,26 +114,26 @@ def lay_kernel(real, shared):
                 for a in ti.static(range(5)):
                     for b in ti.static(range(5)):
                         x, y = i + a - 2, j + b - 2
-                        node = lookup[0, x + MARGIN] + lookup[1, y + MARGIN]
+                        node = nodes.lookup[0, x + MARGIN] + nodes.lookup[1, y + MARGIN]
                         spread = ti.cast(SMOOTHING * ax[a] * ay[b], ti.f64)
                         if ti.static(0 < a < 4 and 0 < b < 4):
                             w = ti.cast(wx[a - 1] * wy[b - 1], ti.f64)
                             spread += (1.0 - SMOOTHING) * w
-                            height += w * bed[(x + MARGIN) * stride + y + MARGIN]
-                            potential += w * ti.cast(nodes[node][0], ti.f64)
-                            add(laid, node, w * given)
-                        depth += spread * ti.cast(nodes[node][1], ti.f64)
-                        lift(bed, stride, nx, ny, mirrored(x, nx), mirrored(y, ny), spread * given / area)
+                            height += w * ground.bed[(x + MARGIN) * ground.stride + y + MARGIN]
+                            potential += w * ti.cast(nodes.values[node][0], ti.f64)
+                            add(ground.laid, node, w * given)
+                        depth += spread * ti.cast(nodes.values[node][1], ti.f64)
+                        lift(ground, mirrored(x, ground.nx), mirrored(y, ground.ny), spread * given / area)
                 mass = ti.cast(rho, ti.f64) * given
                 add(sums, MASS, mass)
                 add(sums, MOMENTUM, mass * column[2])
                 add(sums, MOMENTUM + 1, mass * column[3])
                 add(sums, MOMENTUM + 2, mass * column[6])
                 # Its own energy, less what lifts the snow above the ground that rises
-                add(sums, ENERGY, mass * (0.5 * speed2 + g * (height - depth) + potential))
+                add(sums, ENERGY, mass * (0.5 * speed2 + step.g * (height - depth) + potential))
                 column[4] = left
-                reals[p] = column
-            if left <= ti.static(EMPTIED / LEAST_SHARE) * least:
+                columns.reals[p] = column
+            if left <= ti.static(EMPTIED / LEAST_SHARE) * step.least:
                 add(sums, EMPTY, ti.cast(1.0, ti.f64))
 
     return lay
@@ -138,9 +158,9 @@ class Deposit:
         if self._time is not None:
             share = -math.expm1(-dt / self._time) if self._time > 0.0 else 1.0
         lay_kernel(solver.real, solver.shared)(
-            store.cells, store.reals, store.material, store.densities, grid.lookup, solver.node_values,
-            solver.bed.table, self._detrainment, self.laid, sums, solver.bed.stride, *grid.shape.tolist(), dt, grid.dx,
-            -float(solver.gravity[2]), share, LEAST_SHARE * solver.unit, store.flowing)
+            store.arrays, solver.nodes,
+            Ground(solver.bed.table, solver.bed.stride, *grid.shape.tolist(), self._detrainment, self.laid), sums,
+            Step(dt, grid.dx, -float(solver.gravity[2]), share, LEAST_SHARE * solver.unit, store.flowing))
         self._any |= sums[MASS] > 0.0
         return sums
 
