@@ -17,14 +17,13 @@ time. What Taichi compiles is the same as of a flat kernel. Functions take a gro
 
 import functools
 import inspect
-import itertools
 import linecache
 import types
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from snowmpm.compiler.backend import ti
 from snowmpm.compiler.function_trees import source_of
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.launch import Grouped, taichi_kernel
 
 if TYPE_CHECKING:  # what Taichi makes of them knows all that kernels ask
     Array: TypeAlias = Any
@@ -58,23 +57,7 @@ def grouped_kernel(real):
     def decorate(function):
         groups = {name: _fields(annotation) for name, annotation in inspect.get_annotations(function).items()}
         kernel = taichi_kernel(_flat(function, groups, kinds))
-        whole = [fields is None for fields in groups.values()]
-
-        @functools.wraps(function)
-        def launch_groups(*arguments):
-            kernel(*itertools.chain.from_iterable(arguments))
-
-        @functools.wraps(function)
-        def launch(*arguments):
-            flat = []
-            for single, argument in zip(whole, arguments, strict=True):
-                if single:
-                    flat.append(argument)
-                else:
-                    flat += argument
-            kernel(*flat)
-
-        return launch if any(whole) else launch_groups
+        return functools.wraps(function)(Grouped(kernel, [fields is None for fields in groups.values()]))
 
     return decorate
 

@@ -11,6 +11,7 @@ import contextlib
 import copy
 import functools
 import gc
+import itertools
 import operator
 from types import SimpleNamespace
 
@@ -34,6 +35,8 @@ def taichi_kernel(function):
 def own_launches(kernel):
     """The same kernel, compiled once, for one of several who launch it in turn, each with arguments of its own: so it
     is told what changed since its owner's last launch."""
+    if isinstance(kernel, Grouped):
+        return Grouped(own_launches(kernel.kernel), kernel.single)
     if not isinstance(kernel, Launcher):
         return kernel
     own = copy.copy(kernel)
@@ -122,6 +125,25 @@ class Launcher:
             return False
         self._compiled[key] = kernel, code
         return True
+
+
+class Grouped:
+    """A kernel whose arguments come in groups (`compiler.groups`). single: whether each is a group or not."""
+
+    def __init__(self, kernel, single):
+        self.kernel, self.single, self._some = kernel, single, any(single)
+
+    def __call__(self, *arguments):
+        if not self._some:
+            self.kernel(*itertools.chain.from_iterable(arguments))
+            return
+        flat = []
+        for single, argument in zip(self.single, arguments, strict=True):
+            if single:
+                flat.append(argument)
+            else:
+                flat += argument
+        self.kernel(*flat)
 
 
 @contextlib.contextmanager

@@ -1,13 +1,42 @@
 """The update of the grid: nodes advance, v = p / m + dt g and loads, and contact blocks go back to their tiles."""
 
 import functools
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, worker
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.mpm.node import MASS, SECOND, block_nodes, node_mask, node_vector
 from snowmpm.particles.blocks import EDGE, step_along
+
+
+class GridArrays(NamedTuple):
+    """Tiles and their active nodes; node blocks, of which those in contact begin at offset; tiles around each block."""
+
+    tiles: Array
+    active_nodes: Array
+    nodes: Array
+    offset: int
+    first_tile: Array
+    tiles_at: Array
+
+
+class Blocks(NamedTuple):
+    """Coordinates of node blocks, and number of each among the contact blocks, -1 outside."""
+
+    coordinates: Array
+    contact: Array
+
+
+class Step(NamedTuple):
+    """gravity (dim) [m/s2]; loads, of which n_loads rows count; dt [s]; damping: factor of the velocities."""
+
+    gravity: Array
+    loads: Array
+    n_loads: int
+    dt: Real
+    damping: Real
 
 
 @functools.cache
@@ -39,19 +68,18 @@ def grid_kernels(dim, real, flip, serial):
         return first, last, address
 
     @ti.func
-    def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
-                 active_nodes: ti.template(), nodes: ti.template(), sums, tiles: ti.template()):
+    def exchange(gathering: ti.template(), n, grid: ti.template(), sums):
         """Add a node block's copies up in `nodes`, or write them back; -> whether there are any, and the box of nodes
         that holds them."""
         found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
-        for e in range(first_tile[n], first_tile[n + 1]):
-            tile, step = tiles_at[e, 0], tiles_at[e, 1]
-            if active_nodes[tile, 6] & step == step:  # most tiles around do not come here
-                first, last, address = common_box(active_nodes, tile, step)
+        for e in range(grid.first_tile[n], grid.first_tile[n + 1]):
+            tile, step = grid.tiles_at[e, 0], grid.tiles_at[e, 1]
+            if grid.active_nodes[tile, 6] & step == step:  # most tiles around do not come here
+                first, last, address = common_box(grid.active_nodes, tile, step)
                 if ti.static(gathering):
                     if found == 0:
                         for q in range(n_nodes):
-                            nodes[sums + q] = of_node(0.0)
+                            grid.nodes[sums + q] = of_node(0.0)
                     least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
                 wide = last[1] - first[1]  # one loop over rows: two in each other take four times as long to compile
@@ -62,9 +90,9 @@ def grid_kernels(dim, real, flip, serial):
                     for k in ti.static(range(edge)):
                         if k >= first[2] and k < last[2]:
                             if ti.static(gathering):
-                                nodes[here + k] = nodes[here + k] + tiles[there + k]
+                                grid.nodes[here + k] = grid.nodes[here + k] + grid.tiles[there + k]
                             else:
-                                tiles[there + k] = nodes[here + k]
+                                grid.tiles[there + k] = grid.nodes[here + k]
                     j += 1
                     if j == last[1]:
                         i, j = i + 1, first[1]
@@ -83,33 +111,29 @@ def grid_kernels(dim, real, flip, serial):
                     v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
         return v
 
-    @taichi_kernel
-    def update_grid(tiles: ti.types.ndarray(dtype=of_node, ndim=1), active_nodes: ti.types.ndarray(),
-                    nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
-                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
-                    contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
-                    damping_factor: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
-                    n_node_blocks: int, chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def update_grid(grid: GridArrays, blocks: Blocks, step: Step, impulse_of: Array, total: Array, n_node_blocks: int,
+                    chunk_bounds: Array):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
                 g = ti.Vector.zero(real, dim)
                 for a in ti.static(range(dim)):
-                    g[a] = ti.cast(gravity[a], real)
+                    g[a] = ti.cast(step.gravity[a], real)
                 for n in range(first, last):
                     impulse = ti.Vector.zero(ti.f64, dim)
-                    touching = contact[n]
-                    sums = ti.select(touching >= 0, contact_offset + touching * n_nodes, worker(i) * n_nodes)
-                    found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles)
+                    touching = blocks.contact[n]
+                    sums = ti.select(touching >= 0, grid.offset + touching * n_nodes, worker(i) * n_nodes)
+                    found, least, most = exchange(True, n, grid, sums)
                     if touching >= 0 and found == 0:
                         for q in range(n_nodes):
-                            nodes[sums + q] = of_node(0.0)
+                            grid.nodes[sums + q] = of_node(0.0)
                     ix, iy = least[0], least[1]
                     for _row in range((most[0] - least[0]) * (most[1] - least[1])):
                         for iz in range(least[2], most[2]):
                             q = (ix * edge + iy) * edge + iz
-                            node = nodes[sums + q]
+                            node = grid.nodes[sums + q]
                             if node[MASS] > 0.0:
                                 v, per_mass = ti.Vector.zero(real, dim), 1.0 / node[MASS]
                                 for a in ti.static(range(dim)):
@@ -117,12 +141,12 @@ def grid_kernels(dim, real, flip, serial):
                                         v[a] = (node[a] + node[SECOND + a]) * per_mass
                                     else:
                                         v[a] = node[a] * per_mass
-                                v = (v + dt * g) * damping_factor
-                                if n_loads > 0:
+                                v = (v + step.dt * g) * step.damping
+                                if step.n_loads > 0:
                                     at, x = ti.Vector([ix, iy, iz]), ti.Vector.zero(real, dim)
                                     for a in ti.static(range(dim)):
-                                        x[a] = ti.cast(edge * node_coordinates[n, a] + at[3 - dim + a], real)
-                                    gained = load_velocity(x, dt, loads, n_loads)
+                                        x[a] = ti.cast(edge * blocks.coordinates[n, a] + at[3 - dim + a], real)
+                                    gained = load_velocity(x, step.dt, step.loads, step.n_loads)
                                     impulse += ti.cast(node[MASS] * gained, ti.f64)
                                     v += gained
                                 for a in ti.static(range(dim)):
@@ -130,12 +154,12 @@ def grid_kernels(dim, real, flip, serial):
                                         before = node[a] / node[MASS]
                                         node[SECOND + a] = ti.select(touching >= 0, before, v[a] - before)
                                     node[a] = v[a]
-                                nodes[sums + q] = node
+                                grid.nodes[sums + q] = node
                         iy += 1
                         if iy == most[1]:
                             ix, iy = ix + 1, least[1]
                     if found == 1 and touching < 0:
-                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles)
+                        exchange(False, n, grid, sums)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
         ti.loop_config(serialize=ti.static(in_order()))
@@ -143,23 +167,20 @@ def grid_kernels(dim, real, flip, serial):
             for a in ti.static(range(dim)):
                 total[a] += impulse_of[n, a]
 
-    @taichi_kernel
-    def write_back(tiles: ti.types.ndarray(dtype=of_node, ndim=1), active_nodes: ti.types.ndarray(),
-                   nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
-                   first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
-                   chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def write_back(grid: GridArrays, node_block: Array, chunk_bounds: Array):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
                 for c in range(first, last):
-                    sums, n = contact_offset + c * n_nodes, node_block[c]
+                    sums, n = grid.offset + c * n_nodes, node_block[c]
                     if ti.static(flip):
                         for q in range(n_nodes):
-                            node = nodes[sums + q]
+                            node = grid.nodes[sums + q]
                             for a in ti.static(range(dim)):
                                 node[SECOND + a] = node[a] - node[SECOND + a]
-                            nodes[sums + q] = node
-                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles)
+                            grid.nodes[sums + q] = node
+                    exchange(False, n, grid, sums)
 
     return update_grid, write_back

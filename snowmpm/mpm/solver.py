@@ -11,7 +11,7 @@ from snowmpm.mpm.boundary import Boundary
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
-from snowmpm.mpm.grid_update import grid_kernels
+from snowmpm.mpm.grid_update import Blocks, GridArrays, Step, grid_kernels
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -127,14 +127,14 @@ class MpmSolver(Solver, Severing, Damped, Within):
         if self.boundary.move_to(place):
             grid.rebuild_contact()
         update, write_back = self._update
-        update(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
-               grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
-               self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_node_blocks,
-               grid.node_chunk_bounds)
+        arrays = GridArrays(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+                            grid.tiles_at)
+        update(arrays, Blocks(grid.node_coordinates, grid.contact.index),
+               Step(self._gravity, self._loads, self._n_loads, pushed, self.damping_factor), self._impulses,
+               self._loaded, grid.n_node_blocks, grid.node_chunk_bounds)
         if grid.contact.n:
             def to_tiles():
-                write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
-                           grid.tiles_at, grid.contact.node_block, grid.contact.chunk_bounds)
+                write_back(arrays, grid.contact.node_block, grid.contact.chunk_bounds)
 
             if not any([act(dt) for act in self.adapters.meet_surfaces]):
                 grid.apply_contact(self.dx)

@@ -14,8 +14,9 @@ import itertools
 import numpy as np
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.particles.arrays import BlockRows
 from snowmpm.particles.store import accessors
 
 EDGE = {2: 8, 3: 4}
@@ -188,46 +189,43 @@ def sort_kernels(layout):
                 inside = 0
         return ti.select(inside == 1, code, -1)
 
-    @taichi_kernel
-    def count_moves(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
-                    coordinates: ti.types.ndarray(), lower: ti.types.ndarray(), upper: ti.types.ndarray(),
-                    ahead: ti.f64, lead: ti.f64, counts: ti.types.ndarray(), target: ti.types.ndarray(),
-                    chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(ti.f64)
+    def count_moves(rows: BlockRows, lower: Array, upper: Array, ahead: Real, lead: Real, counts: Array,
+                    target: Array, chunk_bounds: Array):
         """How many particles of a block take which step; leaves the step of each in `target`."""
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
-                places = access.places(reals, slot_offset)
+                places = access.places(rows.reals, rows.slot_offset)
                 for b in range(first, last):
                     for s in range(3**dim):
                         counts[b, s] = 0
-                    for p in range(start[b], start[b + 1]):
-                        x = access.load(reals, places, p, at_position, dim)
-                        v = access.load(reals, places, p, at_velocity, dim)
-                        s = step_to(x, v, ahead, lead, b, coordinates, lower, upper)
+                    for p in range(rows.start[b], rows.start[b + 1]):
+                        x = access.load(rows.reals, places, p, at_position, dim)
+                        v = access.load(rows.reals, places, p, at_velocity, dim)
+                        s = step_to(x, v, ahead, lead, b, rows.coordinates, lower, upper)
                         target[p] = s
                         if s >= 0:
                             counts[b, s] += 1
 
-    @taichi_kernel
-    def aim(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
-            target: ti.types.ndarray(), chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(ti.f64)
+    def aim(rows: BlockRows, next_row: Array, target: Array, chunk_bounds: Array):
         """Turn the steps in `target` into rows, from `next_row` on, and positions into those from the new owner."""
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
-                places = access.places(reals, slot_offset)
+                places = access.places(rows.reals, rows.slot_offset)
                 for b in range(first, last):
-                    for p in range(start[b], start[b + 1]):
+                    for p in range(rows.start[b], rows.start[b + 1]):
                         code = target[p]
                         if code >= 0:
                             target[p] = next_row[b, code]
                             next_row[b, code] += 1
                             if code != ti.static(3**dim // 2):
-                                x = access.load(reals, places, p, at_position, dim)
+                                x = access.load(rows.reals, places, p, at_position, dim)
                                 for a in ti.static(range(dim - 1, -1, -1)):
                                     x[a] -= edge * (code % 3 - 1)
                                     code = code // 3
-                                access.store(reals, places, p, at_position, x)
+                                access.store(rows.reals, places, p, at_position, x)
 
     return count_moves, aim

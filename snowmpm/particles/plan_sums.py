@@ -1,21 +1,32 @@
 """What lies over the cells of a map: sums over particles in plan."""
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
 from snowmpm.compiler import runtime, ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
+from snowmpm.particles.arrays import BlockRows
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
 
+class Plan(NamedTuple):
+    """Cells of `width` grid cells, of which the cell 0, 0 begins at low_x, low_y, in grid cells from the origin; those
+    from the cell first_i, first_j on."""
+
+    width: Real
+    low_x: Real
+    low_y: Real
+    first_i: int
+    first_j: int
+
+
 @functools.cache
 def plan_sums_kernel(layout, real):
-    """Kernel that adds up what lies over plan cells of `width` grid cells, from the cell `first_i`, `first_j` on.
-
-    Cell 0, 0 begins at `low_x`, `low_y`, in grid cells from the origin.
+    """Kernel that adds up what lies over the cells of a `Plan`.
 
     sums (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass times speed squared. One
     thread, so that the sums do not depend on the number of threads.
@@ -23,25 +34,25 @@ def plan_sums_kernel(layout, real):
     edge, at = EDGE[layout.dim], layout.offsets
     access = accessors(layout)
 
-    @taichi_kernel
-    def add_up(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
-               start: ti.types.ndarray(), coordinates: ti.types.ndarray(), sums: ti.types.ndarray(), width: ti.f64,
-               low_x: ti.f64, low_y: ti.f64, first_i: int, first_j: int, n_blocks: int):
+    @grouped_kernel(ti.f64)
+    def add_up(rows: BlockRows, material: Array, materials: Array, sums: Array, plan: Plan, n_blocks: int):
         ti.loop_config(serialize=True)
         for b in range(n_blocks):
-            places = access.places(reals, slot_offset)
-            for p in range(start[b], start[b + 1]):
-                x = access.load(reals, places, p, at["position"], 2)
-                i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0] - low_x) / width, ti.i32) - first_i
-                j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1] - low_y) / width, ti.i32) - first_j
+            places = access.places(rows.reals, rows.slot_offset)
+            for p in range(rows.start[b], rows.start[b + 1]):
+                x = access.load(rows.reals, places, p, at["position"], 2)
+                right = ti.cast(edge * rows.coordinates[b, 0], ti.f64) + x[0] - plan.low_x
+                ahead = ti.cast(edge * rows.coordinates[b, 1], ti.f64) + x[1] - plan.low_y
+                i = ti.floor(right / plan.width, ti.i32) - plan.first_i
+                j = ti.floor(ahead / plan.width, ti.i32) - plan.first_j
                 if 0 <= i < sums.shape[0] and 0 <= j < sums.shape[1]:
-                    volume = access.load(reals, places, p, at["volume"], 1)[0]
+                    volume = access.load(rows.reals, places, p, at["volume"], 1)[0]
                     mass = volume * materials[material[p], DENSITY]
                     if ti.static(layout.mass_at >= 0):
-                        mass += volume * access.load(reals, places, p, layout.mass_at, 1)[0]
+                        mass += volume * access.load(rows.reals, places, p, layout.mass_at, 1)[0]
                     sums[i, j, 0] += volume
                     sums[i, j, 1] += mass
-                    speed = access.load(reals, places, p, at["velocity"], layout.dim).norm()
+                    speed = access.load(rows.reals, places, p, at["velocity"], layout.dim).norm()
                     sums[i, j, 2] += mass * speed
                     sums[i, j, 3] += mass * speed**2
 
@@ -59,6 +70,6 @@ def plan_sums(store, lower, cell, shape):
     sums = np.zeros((*(high - low), 4))
     with runtime.precision(store.precision):
         plan_sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
-            store.reals, store.slot_offset, store.material, store.materials.numbers, store.start, store.coordinates,
-            sums, width, *corner.tolist(), *low.tolist(), len(store.blocks))
+            store.block_rows, store.material, store.materials.numbers, sums,
+            Plan(width, *corner.tolist(), *low.tolist()), len(store.blocks))
     return tuple(slice(first, last) for first, last in zip(low, high, strict=True)), sums

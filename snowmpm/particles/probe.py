@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from snowmpm.annotations import Floats
 from snowmpm.compiler import runtime, ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import runs_serially
+from snowmpm.particles.arrays import BlockRows
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import accessors
 
@@ -27,21 +28,19 @@ def probe_kernel(layout, real, serial):
     dim = layout.dim
     access = accessors(layout)
 
-    @taichi_kernel
-    def probe(reals: ti.types.ndarray(), slot_offset: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
-              coordinates: ti.types.ndarray(), row_of: ti.types.ndarray(), rows: ti.types.ndarray(),
-              blocks: ti.types.ndarray(), n_blocks: int):
+    @grouped_kernel(real)
+    def probe(store: BlockRows, identity: Array, row_of: Array, rows: Array, blocks: Array, n_blocks: int):
         ti.loop_config(serialize=ti.static(serial))
         for b in range(n_blocks):
-            places = access.places(reals, slot_offset)
-            for p in range(start[b], start[b + 1]):
+            places = access.places(store.reals, store.slot_offset)
+            for p in range(store.start[b], store.start[b + 1]):
                 row = row_of[identity[p]]
                 if row >= 0:
-                    values = access.load(reals, places, p, 0, layout.width)
+                    values = access.load(store.reals, places, p, 0, layout.width)
                     for c in ti.static(range(layout.width)):
                         rows[row, c] = values[c]
                     for a in ti.static(range(dim)):
-                        blocks[row, a] = coordinates[b, a]
+                        blocks[row, a] = store.coordinates[b, a]
 
     return probe
 
@@ -72,8 +71,7 @@ class Probe:
         self._blocks[:] = np.iinfo(np.int32).min
         with runtime.precision(store.precision):
             probe_kernel(store.layout, runtime.DTYPES[store.precision][0], self._serial)(
-                store.reals, store.slot_offset, store.identity, store.start, store.coordinates, self._row_of,
-                self._rows, self._blocks, len(store.blocks))
+                store.block_rows, store.identity, self._row_of, self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
 
     def column(self, name: str, part: slice = slice(None)) -> Floats:

@@ -1,10 +1,22 @@
 """Cutting the bonds of the snow along a line, in one pass over the particles."""
 
 import functools
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
+from snowmpm.particles.arrays import BlockRows
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import accessors
+
+
+class Cut(NamedTuple):
+    """Largest distance in plan [cells]; first number of the particles, and that after the last; state they get."""
+
+    radius: Real
+    first: int
+    last: int
+    state: Array
 
 
 @functools.cache
@@ -31,31 +43,27 @@ def sever_kernel(layout, real):
             best = ti.min(best, ahead)
         return best
 
-    @ti.kernel
-    def sever(reals: ti.types.ndarray(), slot_offset: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
-              coordinates: ti.types.ndarray(), line: ti.types.ndarray(dtype=real, ndim=2), radius: real, first: int,
-              last: int, state: ti.types.ndarray(dtype=real, ndim=1), n_blocks: int) -> int:
-        """Make those particles stress-free, set the first entries of their state to `state`, and return how many.
+    @grouped_kernel(real)
+    def sever(rows: BlockRows, identity: Array, line: Array, cut: Cut, hit: Array, n_blocks: int):
+        """Make those particles stress-free, set the first entries of their state, and add how many they are to hit[0].
 
-        reals, slot_offset, identity (number of each particle), start, coordinates: tables of the store. line
-        (k, dim - 1): corners in plan [cells from the origin]; radius: largest distance in plan [cells].
+        identity: number of each particle; line (k, dim - 1): corners in plan [cells from the origin].
         """
-        hit, places = 0, access.places(reals, slot_offset)
         for b in range(n_blocks):
-            for p in range(start[b], start[b + 1]):
-                if first <= identity[p] < last:
-                    x = access.load(reals, places, p, at["position"], dim)
+            places = access.places(rows.reals, rows.slot_offset)
+            for p in range(rows.start[b], rows.start[b + 1]):
+                if cut.first <= identity[p] < cut.last:
+                    x = access.load(rows.reals, places, p, at["position"], dim)
                     for a in ti.static(range(dim)):
-                        x[a] += ti.cast(edge * coordinates[b, a], real)
-                    if distance2(x, line) <= radius * radius:
-                        values = access.load(reals, places, p, at["state"], layout.state_size)
+                        x[a] += ti.cast(edge * rows.coordinates[b, a], real)
+                    if distance2(x, line) <= cut.radius * cut.radius:
+                        values = access.load(rows.reals, places, p, at["state"], layout.state_size)
                         for c in ti.static(range(layout.state_size)):
-                            if c < state.shape[0]:
-                                values[c] = state[c]
-                        access.store(reals, places, p, at["state"], values)
-                        access.store(reals, places, p, at["elastic"], ti.Vector.zero(real, layout.sym_size))
-                        access.store(reals, places, p, at["stress"], ti.Vector.zero(real, layout.sym_size))
-                        hit += 1
-        return hit
+                            if c < cut.state.shape[0]:
+                                values[c] = cut.state[c]
+                        access.store(rows.reals, places, p, at["state"], values)
+                        access.store(rows.reals, places, p, at["elastic"], ti.Vector.zero(real, layout.sym_size))
+                        access.store(rows.reals, places, p, at["stress"], ti.Vector.zero(real, layout.sym_size))
+                        ti.atomic_add(hit[0], 1)
 
     return sever

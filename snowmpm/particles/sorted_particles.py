@@ -8,14 +8,14 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import Rows, int_array, real_array
 from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
-from snowmpm.particles.arrays import ParticleArrays
+from snowmpm.particles.arrays import BlockRows, ParticleArrays
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, fields_of, sort_kernels
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.particles.plan_sums import plan_sums
 from snowmpm.particles.probe import Probe
 from snowmpm.particles.pushing import push_kernel
-from snowmpm.particles.severing import sever_kernel
+from snowmpm.particles.severing import Cut, sever_kernel
 from snowmpm.particles.snapshot import Snapshot
 from snowmpm.particles.store import IDENTITY, MATERIAL, Layout, ParticleStore
 
@@ -112,6 +112,11 @@ class SortedParticles(ParticleStore, Particles):
         return ParticleArrays(self.reals, self.slot_offset, self.material, self.materials.numbers,
                               self.materials.law_of)
 
+    @property
+    def block_rows(self):
+        """What kernels take of them by blocks."""
+        return BlockRows(self.reals, self.slot_offset, self.start, self.coordinates)
+
     def weightless(self):
         """Leave the potential energy out of what is removed: gravity changes, and its work is added up elsewhere."""
         self._gravity = np.zeros(self.dim)
@@ -132,8 +137,7 @@ class SortedParticles(ParticleStore, Particles):
         counts = self._counts.filled(np.zeros((len(blocks), 3**self.dim), np.int32))
         lead = LEAD * self._drift_limit
         ahead = lead / max(speed, 1e-30)
-        self._count_moves(self.reals, self.slot_offset, self.start, self.coordinates, *self._bounds, ahead, lead,
-                          counts, self.target, self.chunk_bounds)
+        self._count_moves(self.block_rows, *self._bounds, ahead, lead, counts, self.target, self.chunk_bounds)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < self.count:
@@ -147,8 +151,7 @@ class SortedParticles(ParticleStore, Particles):
         first[order] = np.cumsum(sizes[order]) - sizes[order]
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
-        self._aim(self.reals, self.slot_offset, self.start, self._first_rows.filled(target), self.target,
-                  self.chunk_bounds)
+        self._aim(self.block_rows, self._first_rows.filled(target), self.target, self.chunk_bounds)
         self.move(alive)
         self._rebuild_for(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
                                    self._period), moved=(np.nonzero(used)[0], block_of_move))
@@ -229,9 +232,11 @@ class SortedParticles(ParticleStore, Particles):
         self.changes += 1
         line = np.ascontiguousarray((line - self.origin[:-1]) / self.dx, numpy_real)
         with runtime.precision(self.precision):
-            return sever_kernel(self.layout, real)(
-                self.reals, self.slot_offset, self.identity, self.start, self.coordinates, line, radius / self.dx,
-                *numbers, np.array(state, numpy_real), len(self.blocks))
+            hit = np.zeros(1, np.int32)
+            sever_kernel(self.layout, real)(self.block_rows, self.identity, line,
+                                            Cut(radius / self.dx, *numbers, np.array(state, numpy_real)), hit,
+                                            len(self.blocks))
+        return int(hit[0])
 
     def push(self, numbers, gain):
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""

@@ -1,11 +1,12 @@
 """Signed distance to the ground, exact, many points at a time."""
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
 from snowmpm.compiler import runtime, ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.terrain import topology
 from snowmpm.terrain.nearest import facet_in_column, nearest_facet
 from snowmpm.terrain.plan_bins import bin_facets
@@ -65,7 +66,7 @@ class DistanceField:
         if len(points):
             with runtime.precision("f64"):
                 kernel = _distance_kernel(self.dim, len(points) <= POINTS_PER_TASK)
-                kernel(points, distance, normal, *self._tables, *self._scalars)
+                kernel(points, distance, normal, Facets(*self._tables), Bins(*self._scalars))
         return distance, normal
 
 
@@ -91,8 +92,33 @@ def _height_ranges(bins, heights):
     return ranges
 
 
-FLOATS, FLOAT_ROWS = ti.types.ndarray(dtype=ti.f64, ndim=1), ti.types.ndarray(dtype=ti.f64, ndim=2)
-INTS, INT_ROWS = ti.types.ndarray(dtype=ti.i32, ndim=1), ti.types.ndarray(dtype=ti.i32, ndim=2)
+class Facets(NamedTuple):
+    """First item of each bin, the items, lowest and highest point of each bin's facets; corners, normals and vertices
+    of the facets; normals of vertices; joints of each facet with others, and their normals."""
+
+    starts: Array
+    items: Array
+    ranges: Array
+    corners: Array
+    facet_normal: Array
+    vertices: Array
+    vertex_normal: Array
+    joint: Array
+    joint_normal: Array
+
+
+class Bins(NamedTuple):
+    """reach [m]; size and first corner of the bins [m], and how many along both axes; whether the surface is closed;
+    distance [m] below which a point lies on the surface."""
+
+    reach: Real
+    size: Real
+    lower_x: Real
+    lower_y: Real
+    n_x: int
+    n_y: int
+    closed: int
+    at_surface: Real
 
 
 @ti.func
@@ -104,29 +130,8 @@ def _row(dim: ti.template(), table: ti.template(), i):
 def _distance_kernel(dim, few):
     """Kernel for points (k, dim); few: one thread finds their distances."""
 
-    @taichi_kernel
-    def signed_distances(
-        points: FLOAT_ROWS,
-        distance: FLOATS,
-        normal: FLOAT_ROWS,
-        starts: INTS,
-        items: INTS,
-        ranges: FLOAT_ROWS,
-        corners: FLOAT_ROWS,
-        facet_normal: FLOAT_ROWS,
-        facets: INT_ROWS,
-        vertex_normal: FLOAT_ROWS,
-        joint: INT_ROWS,
-        joint_normal: FLOAT_ROWS,
-        reach: ti.f64,
-        size: ti.f64,
-        lower_x: ti.f64,
-        lower_y: ti.f64,
-        n_x: ti.i32,
-        n_y: ti.i32,
-        closed: ti.i32,
-        at_surface: ti.f64,
-    ):
+    @grouped_kernel(ti.f64)
+    def signed_distances(points: Array, distance: Array, normal: Array, facets: Facets, bins: Bins):
         """Fill distance (k,) and normal (k, dim) at points (k, dim); to be run in float64. Tables: see
         `DistanceField`."""
         ti.loop_config(serialize=ti.static(few))
@@ -136,39 +141,37 @@ def _distance_kernel(dim, few):
                 first = task // TASK_STRIDE * POINTS_PER_TASK
                 for i in range(first, ti.min(first + POINTS_PER_TASK, points.shape[0])):
                     p = _row(dim, points, i)
-                    x, y = (p[0] - lower_x) / size, 0.5
+                    x, y = (p[0] - bins.lower_x) / bins.size, 0.5
                     if ti.static(dim == 3):
-                        y = (p[1] - lower_y) / size
-                    inside = x >= 0.0 and x < n_x and y >= 0.0 and y < n_y
-                    d, n = reach, ti.Vector.zero(ti.f64, dim)
+                        y = (p[1] - bins.lower_y) / bins.size
+                    inside = x >= 0.0 and x < bins.n_x and y >= 0.0 and y < bins.n_y
+                    d, n = bins.reach, ti.Vector.zero(ti.f64, dim)
                     n[dim - 1] = 1.0
 
                     column, side = -1, 1.0
                     if inside:
-                        b = ti.floor(x, ti.i32) * n_y + ti.floor(y, ti.i32)
-                        column, above = facet_in_column(dim, p, b, starts, items, corners)
+                        b = ti.floor(x, ti.i32) * bins.n_y + ti.floor(y, ti.i32)
+                        column, above = facet_in_column(dim, p, b, facets.starts, facets.items, facets.corners)
                         if column >= 0:
-                            n = _row(dim, facet_normal, column)
+                            n = _row(dim, facets.facet_normal, column)
                             side = 1.0 if above * n[dim - 1] >= 0.0 else -1.0
-                            d = side * reach
+                            d = side * bins.reach
 
                     # In bins; beyond, a closed surface is out of reach and numbers may overflow
-                    far = reach / size + 1.0
-                    near = x > -far and x < n_x + far and y > -far and y < n_y + far
-                    if column >= 0 or (closed == 1 and near):
-                        f, part, q, square = nearest_facet(
-                            dim, p, reach, x, y, n_x, n_y, size, starts, items, ranges, corners
-                        )
+                    far = bins.reach / bins.size + 1.0
+                    near = x > -far and x < bins.n_x + far and y > -far and y < bins.n_y + far
+                    if column >= 0 or (bins.closed == 1 and near):
+                        f, part, q, square = nearest_facet(dim, p, ti.Vector([x, y]), facets, bins)
                         if f >= 0:
-                            n = _row(dim, facet_normal, f)
+                            n = _row(dim, facets.facet_normal, f)
                             if part > dim:
-                                n = _row(dim, joint_normal, joint[f, part - 4])
+                                n = _row(dim, facets.joint_normal, facets.joint[f, part - 4])
                             elif part > 0:
-                                n = _row(dim, vertex_normal, facets[f, part - 1])
+                                n = _row(dim, facets.vertex_normal, facets.vertices[f, part - 1])
                             away = p - q
                             side = 1.0 if away.dot(n) >= 0.0 else -1.0
                             d = ti.sqrt(square)
-                            if part > 0 and d > at_surface:
+                            if part > 0 and d > bins.at_surface:
                                 n = side / d * away
                             d *= side
                     distance[i] = d

@@ -64,59 +64,48 @@ def facet_in_column(dim: ti.template(), p, b, starts: ti.template(), items: ti.t
 
 
 @ti.func
-def bin_gap(dim: ti.template(), p, x, y, jx, jy, size, lowest, highest):
-    """Square of the distance from p to the part of space that bin (jx, jy) occupies; (x, y) is p in bins."""
-    gx = ti.max(0.0, ti.max(jx - x, x - jx - 1.0)) * size
+def bin_gap(dim: ti.template(), p, at, j, size, lowest, highest):
+    """Square of the distance from p to the part of space that bin j occupies; at: p in bins."""
+    gx = ti.max(0.0, ti.max(j[0] - at[0], at[0] - j[0] - 1.0)) * size
     gz = ti.max(0.0, ti.max(lowest - p[dim - 1], p[dim - 1] - highest))
     gap = gx * gx + gz * gz
     if ti.static(dim == 3):
-        gy = ti.max(0.0, ti.max(jy - y, y - jy - 1.0)) * size
+        gy = ti.max(0.0, ti.max(j[1] - at[1], at[1] - j[1] - 1.0)) * size
         gap += gy * gy
     return gap
 
 
 @ti.func
-def nearest_facet(
-    dim: ti.template(),
-    p,
-    reach,
-    x,
-    y,
-    n_x,
-    n_y,
-    size,
-    starts: ti.template(),
-    items: ti.template(),
-    ranges: ti.template(),
-    corners: ti.template(),
-):
-    """Nearest facet within `reach` (-1 if none), part, nearest point, square of the distance; (x, y) is p in bins.
+def nearest_facet(dim: ti.template(), p, at, facets: ti.template(), bins: ti.template()):
+    """Nearest facet within reach (-1 if none), part, nearest point, square of the distance.
 
-    Bins are visited in square rings about p's own until the next ring is further than the best facet so far.
+    at: p in bins; facets, bins: `distance.Facets`, `distance.Bins`. Bins are visited in square rings about p's own
+    until the next ring is further than the best facet so far.
     """
-    best, nearest, part, q = reach * reach, -1, 0, p
-    bx, by = ti.floor(x, ti.i32), ti.floor(y, ti.i32)
-    inner = ti.min(x - bx, bx + 1.0 - x)
+    best, nearest, part, q = bins.reach * bins.reach, -1, 0, p
+    bx, by = ti.floor(at[0], ti.i32), ti.floor(at[1], ti.i32)
+    inner = ti.min(at[0] - bx, bx + 1.0 - at[0])
     if ti.static(dim == 3):
-        inner = ti.min(inner, ti.min(y - by, by + 1.0 - y))
+        inner = ti.min(inner, ti.min(at[1] - by, by + 1.0 - at[1]))
     ring = 0
-    while ring == 0 or (ring - 1.0 + inner) * size < ti.sqrt(best):
+    while ring == 0 or (ring - 1.0 + inner) * bins.size < ti.sqrt(best):
         rows = ring if ti.static(dim == 3) else 0
-        for jy in range(ti.max(by - rows, 0), ti.min(by + rows, n_y - 1) + 1):
+        for jy in range(ti.max(by - rows, 0), ti.min(by + rows, bins.n_y - 1) + 1):
             # Inner rows of a ring have only its two ends.
             step = 1
             if ring > 0 and (ti.static(dim == 2) or ti.abs(jy - by) < ring):
                 step = 2 * ring
             jx = bx - ring
             while jx <= bx + ring:
-                if jx >= 0 and jx < n_x:
-                    b = jx * n_y + jy
-                    if bin_gap(dim, p, x, y, jx, jy, size, ranges[b, 0], ranges[b, 1]) < best:
-                        for k in range(starts[b], starts[b + 1]):
-                            c, where = closest(dim, p, corners, items[k])
+                if jx >= 0 and jx < bins.n_x:
+                    b = jx * bins.n_y + jy
+                    gap = bin_gap(dim, p, at, ti.Vector([jx, jy]), bins.size, facets.ranges[b, 0], facets.ranges[b, 1])
+                    if gap < best:
+                        for k in range(facets.starts[b], facets.starts[b + 1]):
+                            c, where = closest(dim, p, facets.corners, facets.items[k])
                             square = (p - c).norm_sqr()
                             if square < best:
-                                best, nearest, part, q = square, items[k], where, c
+                                best, nearest, part, q = square, facets.items[k], where, c
                 jx += step
         ring += 1
     return nearest, part, q, best

@@ -13,15 +13,16 @@ gradient of Nairn 2013, doi:10.3970/cmes.2013.092.271).
 """
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import real_array
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import DTYPES
-from snowmpm.mpm.kernel_api import FieldPairs, block_nodes, node_vector
+from snowmpm.mpm.kernel_api import FieldPairs, block_nodes
 from snowmpm.particles.blocks import EDGE
 
 LEAST_SHARE = 0.1
@@ -51,58 +52,74 @@ class CoulombPairs(FieldPairs):
     def apply_contact(self, grid, dx):
         """Let bodies that meet push each other apart."""
         for total, rows, part, cut, n in self._groups:
-            self._exchange(grid.nodes, grid.contact_offset, grid.contact.neighbours, rows, self._friction,
-                           self._density, dx**self._dim, part, total, n, cut)
+            self._exchange(FieldNodes(grid.nodes, grid.contact_offset, grid.contact.neighbours),
+                           Pairs(rows, self._friction, self._density, n, cut), dx**self._dim, part, total)
+
+
+class FieldNodes(NamedTuple):
+    """Nodes, of which those of the contact blocks begin at offset, and neighbours of the blocks."""
+
+    nodes: Array
+    offset: int
+    neighbours: Array
+
+
+class Pairs(NamedTuple):
+    """rows (n, 4): contact blocks of both, their fields; mu of each pair of fields, density of each; number of pairs,
+    their chunks."""
+
+    rows: Array
+    friction: Array
+    density: Array
+    n: int
+    cut: Array
 
 
 @functools.cache
 def body_contact_kernel(dim, real, flip, serial):
-    """Kernel of one kind of pair; rows (n, 4): contact blocks of both, their fields."""
+    """Kernel of one kind of pair."""
     edge, n_nodes = EDGE[dim], block_nodes(dim)
-    of_node = node_vector(real, flip)
 
     @ti.func
-    def mass_of(nodes: ti.template(), contact_offset, c, q):
+    def mass_of(at: ti.template(), c, q):
         mass = ti.cast(0.0, real)
         if c >= 0:
-            mass = nodes[contact_offset + c * n_nodes + q][3]
+            mass = at.nodes[at.offset + c * n_nodes + q][3]
         return mass
 
     @ti.func
-    def mass_gradient(nodes: ti.template(), contact_offset, c, q, neighbours: ti.template()):
+    def mass_gradient(at: ti.template(), c, q):
         """Twice the difference of the masses of the nodes around, along each axis."""
         gradient = ti.Vector.zero(real, dim)
         for a in ti.static(range(dim)):
             width = edge ** (dim - 1 - a)
             here = q // width % edge
-            back = ti.select(here > 0, c, neighbours[c, 2 * a])
-            ahead = ti.select(here < edge - 1, c, neighbours[c, 2 * a + 1])
+            back = ti.select(here > 0, c, at.neighbours[c, 2 * a])
+            ahead = ti.select(here < edge - 1, c, at.neighbours[c, 2 * a + 1])
             q_back = ti.select(here > 0, q - width, q + (edge - 1) * width)
             q_ahead = ti.select(here < edge - 1, q + width, q - (edge - 1) * width)
-            gradient[a] = mass_of(nodes, contact_offset, ahead, q_ahead) - mass_of(nodes, contact_offset, back, q_back)
+            gradient[a] = mass_of(at, ahead, q_ahead) - mass_of(at, back, q_back)
         return gradient
 
-    @taichi_kernel
-    def exchange_momentum(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
-                          neighbours: ti.types.ndarray(), rows: ti.types.ndarray(), friction: ti.types.ndarray(),
-                          density: ti.types.ndarray(), cell: real, part: ti.types.ndarray(), total: ti.types.ndarray(),
-                          n_pairs: int, cut: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def exchange_momentum(at: FieldNodes, pairs: Pairs, cell: Real, part: Array, total: Array):
         ti.loop_config(serialize=ti.static(serial))
-        for w in range(chunks(cut)):
+        for w in range(chunks(pairs.cut)):
             if is_worker(w):
-                begin, end = chunk(w, cut)
+                begin, end = chunk(w, pairs.cut)
                 for i in range(begin, end):
-                    c1, c2 = rows[i, 0], rows[i, 1]
-                    mu = ti.cast(friction[rows[i, 2], rows[i, 3]], real)
-                    first_density = ti.cast(density[rows[i, 2]], real)
-                    second_density = ti.cast(density[rows[i, 3]], real)
+                    c1, c2, first, second = pairs.rows[i, 0], pairs.rows[i, 1], pairs.rows[i, 2], pairs.rows[i, 3]
+                    mu = ti.cast(pairs.friction[first, second], real)
+                    first_density = ti.cast(pairs.density[first], real)
+                    second_density = ti.cast(pairs.density[second], real)
                     taken = ti.Vector.zero(ti.f64, 1 + dim)
                     for q in range(n_nodes):
-                        one, two = nodes[contact_offset + c1 * n_nodes + q], nodes[contact_offset + c2 * n_nodes + q]
+                        one = at.nodes[at.offset + c1 * n_nodes + q]
+                        two = at.nodes[at.offset + c2 * n_nodes + q]
                         m1, m2 = one[3], two[3]
                         if m1 > LEAST_SHARE * cell * first_density and m2 > LEAST_SHARE * cell * second_density:
-                            n = -mass_gradient(nodes, contact_offset, c1, q, neighbours) / first_density
-                            other = mass_gradient(nodes, contact_offset, c2, q, neighbours) / second_density
+                            n = -mass_gradient(at, c1, q) / first_density
+                            other = mass_gradient(at, c2, q) / second_density
                             n = ti.select(other.norm_sqr() > n.norm_sqr(), other, n)
                             n /= ti.max(n.norm(), 1e-30)
                             shared = m1 * m2 / (m1 + m2)
@@ -119,12 +136,12 @@ def body_contact_kernel(dim, real, flip, serial):
                                     taken[1 + a] += ti.cast(shared * given[a], ti.f64)
                                     one[a] -= shared / m1 * given[a]
                                     two[a] += shared / m2 * given[a]
-                                nodes[contact_offset + c1 * n_nodes + q] = one
-                                nodes[contact_offset + c2 * n_nodes + q] = two
+                                at.nodes[at.offset + c1 * n_nodes + q] = one
+                                at.nodes[at.offset + c2 * n_nodes + q] = two
                     for t in ti.static(range(1 + dim)):
                         part[i, t] = taken[t]
         ti.loop_config(serialize=ti.static(in_order()))
-        for i in range(n_pairs):
+        for i in range(pairs.n):
             for t in ti.static(range(1 + dim)):
                 total[t] += part[i, t]
 

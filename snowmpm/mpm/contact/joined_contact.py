@@ -15,11 +15,11 @@ doi:10.6028/jres.049.044). Before, nodes behind a smooth wall with hardly any sn
 import functools
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, grouped_kernel
+from snowmpm.mpm.contact.arrays import ContactNodes
 from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions
 from snowmpm.mpm.contact.faint_nodes import extension_function
 from snowmpm.mpm.contact.lines import REACH
-from snowmpm.mpm.node import node_vector
 
 STEPS = 20
 """Of the conjugate gradients at most."""
@@ -34,7 +34,7 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
 
     moving: moments are added up; stick: all components vanish on the wall, not the normal one only.
     """
-    of_node, reach, n_totals = node_vector(real, flip), REACH[kernel], N_TOTALS[dim]
+    reach, n_totals = REACH[kernel], N_TOTALS[dim]
     node, extend = node_functions(dim, real, moving), extension_function(dim, real, kernel)
     n_c, lateral, rows = dim if stick else 1, dim - 1, reach + 1
     ABOVE, AHEAD, BACK, ALONE = rows, rows + 1, rows + dim, rows + 2 * dim - 1
@@ -172,50 +172,46 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         return z_g, z_h, r_g.dot(z_g) + r_h.dot(z_h)
 
     @ti.func
-    def give(nodes: ti.template(), contact_offset, place, u, n, totals: ti.template(), coordinates: ti.template(),
-             motion: ti.template()):
+    def give(at: ti.template(), place, u, n, totals: ti.template()):
         """Set what the wall holds of a node's velocity."""
-        v = node.as_vector(nodes[contact_offset + place])
+        v = node.as_vector(at.nodes[at.offset + place])
         if ti.static(stick):
             v = u
         else:
             v += (u[0] - v.dot(n)) * n
-        node.set_velocity(nodes, contact_offset, place, v, v * 0.0, totals, coordinates, motion)
+        node.set_velocity(at.nodes, at.offset, place, v, v * 0.0, totals, at.coordinates, at.motion)
 
     @ti.func
-    def finish(i, nodes: ti.template(), contact_offset, ints: ti.template(), numbers: ti.template(),
-               state: ti.template(), totals: ti.template(), coordinates: ti.template(), motion: ti.template()):
+    def finish(i, at: ti.template(), ints: ti.template(), numbers: ti.template(), state: ti.template(),
+               totals: ti.template()):
         n, g = normal_of(numbers, i), get(state, i, Y)
-        above, _mass, share = above_of(nodes, contact_offset, ints, numbers, i)
+        above, _mass, share = above_of(at.nodes, at.offset, ints, numbers, i)
         e = taken_off(i, share, Y, ints, numbers, state)
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:  # noqa: SIM102
-                if nodes[contact_offset + ints[i, j]][3] > 0.0:
-                    give(nodes, contact_offset, ints[i, j], numbers[i, DISTANCE + j] * g - e, n, totals, coordinates,
-                         motion)
+                if at.nodes[at.offset + ints[i, j]][3] > 0.0:
+                    give(at, ints[i, j], numbers[i, DISTANCE + j] * g - e, n, totals)
         if share > 0.0:
-            give(nodes, contact_offset, above, get(state, i, Y + n_c), n, totals, coordinates, motion)
+            give(at, above, get(state, i, Y + n_c), n, totals)
 
-    @taichi_kernel
-    def hold(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int, coordinates: ti.types.ndarray(),
-             ints: ti.types.ndarray(), numbers: ti.types.ndarray(), state: ti.types.ndarray(),
-             motion: ti.types.ndarray(), total: ti.types.ndarray(), n_lines: int):
+    @grouped_kernel(real)
+    def hold(at: ContactNodes, ints: Array, numbers: Array, state: Array, total: Array, n_lines: int):
         ti.loop_config(serialize=True)
         for _ in range(1):
             if ti.static(not stick):
                 for i in range(n_lines):
                     if ints[i, ALONE] == 1:
-                        extend(i, nodes, contact_offset, ints, normal_of(numbers, i))
+                        extend(i, at.nodes, at.offset, ints, normal_of(numbers, i))
             for i in range(n_lines):
-                begin(i, nodes, contact_offset, ints, state)
+                begin(i, at.nodes, at.offset, ints, state)
             for i in range(n_lines):
                 if state[i, ACTIVE] > 0.0:
-                    diagonal(i, nodes, contact_offset, ints, numbers, state)
-                    sum_line("nodes", i, nodes, contact_offset, ints, numbers, state)
+                    diagonal(i, at.nodes, at.offset, ints, numbers, state)
+                    sum_line("nodes", i, at.nodes, at.offset, ints, numbers, state)
             left = ti.cast(0.0, real)
             for i in range(n_lines):
                 if state[i, ACTIVE] > 0.0:
-                    r_g, r_h = tested("nodes", i, nodes, contact_offset, ints, numbers, state)
+                    r_g, r_h = tested("nodes", i, at.nodes, at.offset, ints, numbers, state)
                     put(state, i, R, r_g)
                     put(state, i, R + n_c, r_h)
                     z_g, z_h, product = scaled(i, state)
@@ -227,11 +223,11 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
                 if left > enough:
                     for i in range(n_lines):
                         if state[i, ACTIVE] > 0.0:
-                            sum_line("direction", i, nodes, contact_offset, ints, numbers, state)
+                            sum_line("direction", i, at.nodes, at.offset, ints, numbers, state)
                     curvature, before = ti.cast(0.0, real), left
                     for i in range(n_lines):
                         if state[i, ACTIVE] > 0.0:
-                            q_g, q_h = tested("direction", i, nodes, contact_offset, ints, numbers, state)
+                            q_g, q_h = tested("direction", i, at.nodes, at.offset, ints, numbers, state)
                             put(state, i, Q, q_g)
                             put(state, i, Q + n_c, q_h)
                             curvature += q_g.dot(get(state, i, D)) + q_h.dot(get(state, i, D + n_c))
@@ -251,7 +247,7 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             totals = ti.Vector.zero(ti.f64, n_totals)
             for i in range(n_lines):
                 if state[i, ACTIVE] > 0.0:
-                    finish(i, nodes, contact_offset, ints, numbers, state, totals, coordinates, motion)
+                    finish(i, at, ints, numbers, state, totals)
             for t in ti.static(range(n_totals)):
                 total[t] += totals[t]
 

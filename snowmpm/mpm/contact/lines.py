@@ -14,8 +14,9 @@ import numpy as np
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import Rows
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.mpm.contact.arrays import LineArrays, WallArrays
 from snowmpm.mpm.node import block_nodes
 from snowmpm.particles.blocks import EDGE
 from snowmpm.schemes import BASES
@@ -71,8 +72,8 @@ class Lines:
         n = max(1, blocks.n)
         if self._counts is None or self._counts.shape[0] < n:
             self._counts = ti.ndarray(ti.i32, (_room(n), 2))
-        where = blocks.coordinates, blocks.neighbours, slots, walls, *plane
-        self._count(*where, self._counts, blocks.chunk_bounds)
+        where = WallArrays(blocks.coordinates, blocks.neighbours, slots, walls, *plane)
+        self._count(where, self._counts, blocks.chunk_bounds)
         ends = np.zeros((blocks.n + 1, 2), np.int32)
         self._counts.to_numpy()[: blocks.n].cumsum(axis=0, out=ends[1:])
         self.n_lines, self.n_deep = int(ends[-1, 0]), int(ends[-1, 1])
@@ -84,8 +85,12 @@ class Lines:
         if self.deep is None or self.deep.shape[0] < self.n_deep:
             room = _room(self.n_deep)
             self.deep, self.deep_normals = ti.ndarray(ti.i32, (room,)), self._reals(room, 0)
-        self._fill(*where, self._edges, self.start, self.deep_start, self.nodes, self.numbers, self.deep,
-                   self.deep_normals, blocks.chunk_bounds)
+        self._fill(where, self._edges, self.arrays, blocks.chunk_bounds)
+
+    @property
+    def arrays(self):
+        """What kernels read of them."""
+        return LineArrays(self.start, self.nodes, self.numbers, self.deep_start, self.deep, self.deep_normals)
 
     def release(self, rows):
         """Leave the followers of these lines to others (`joined_contact`)."""
@@ -157,21 +162,21 @@ def line_kernels(dim, real, kernel, stored, serial):
     mass_share = half_space_mass(kernel)
 
     @ti.func
-    def wall_at(c, q, slots: ti.template(), walls: ti.template(), coordinates: ti.template(), axis, sign, level):
+    def wall_at(c, q, at: ti.template()):
         """Normal and distance [cells] at a node, and whether they are known."""
         wall, known = vec4(0.0), 0
         if ti.static(stored):
-            slot = slots[c]
+            slot = at.slots[c]
             if slot >= 0:
                 known = 1
-                wall = walls[slot * n_nodes + q]
+                wall = at.walls[slot * n_nodes + q]
         else:
             known = 1
             for a in ti.static(range(dim)):
-                if a == axis:
+                if a == at.axis:
                     i = q // ti.static(edge ** (dim - 1 - a)) % edge
-                    wall[a] = ti.cast(sign, real)
-                    wall[3] = ti.cast((ti.cast(edge * coordinates[c, a] + i, ti.f64) - level) * sign, real)
+                    wall[a] = ti.cast(at.sign, real)
+                    wall[3] = ti.cast((ti.cast(edge * at.coordinates[c, a] + i, ti.f64) - at.level) * at.sign, real)
         return wall, known
 
     @ti.func
@@ -209,122 +214,109 @@ def line_kernels(dim, real, kernel, stored, serial):
         return z > ABOVE and z < FARTHEST
 
     @ti.func
-    def is_led(c, q, k, up, z, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
-               coordinates: ti.template(), axis, sign, level):
+    def is_led(c, q, k, up, z, at: ti.template()):
         """Whether a node that does not lead follows one that does."""
         led, j = 0, steps_to_leader(z)
         if j <= reach:
-            cl, ql = step_along_line(c, q, k, up * j, neighbours)
+            cl, ql = step_along_line(c, q, k, up * j, at.neighbours)
             if cl >= 0:
-                wall, known = wall_at(cl, ql, slots, walls, coordinates, axis, sign, level)
+                wall, known = wall_at(cl, ql, at)
                 k_l, up_l, z_l = along(wall)
                 if known == 1 and k_l == k and up_l == up and leads(z_l):
                     led = 1
         return led
 
     @ti.func
-    def follower(c, q, k, up, j, d, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
-                 coordinates: ti.template(), axis, sign, level):
+    def follower(c, q, k, up, j, d, at: ti.template()):
         """Place of the node j + 1 below a leader with distance d, if it follows, else -1; ratio of their distances."""
         place, ratio = -1, ti.cast(0.0, real)
-        cf, qf = step_along_line(c, q, k, -up * (j + 1), neighbours)
+        cf, qf = step_along_line(c, q, k, -up * (j + 1), at.neighbours)
         if cf >= 0:
-            wall, known = wall_at(cf, qf, slots, walls, coordinates, axis, sign, level)
+            wall, known = wall_at(cf, qf, at)
             k_f, up_f, z_f = along(wall)
             if known == 1 and k_f == k and up_f == up and z_f <= ABOVE and steps_to_leader(z_f) == j + 1:
                 place, ratio = cf * n_nodes + qf, wall[3] / d
         return place, ratio
 
     @ti.func
-    def beyond_edge(line, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
-                    coordinates: ti.template(), plane: ti.template()):
+    def beyond_edge(line, at: ti.template()):
         """Place of the node beside a leader on the side on which the surface turns away from its line, -1 if it does
         not; how far from the line it does [cells]. line: contact block and node of the leader, axis, direction."""
         c, q, k, up = line[0], line[1], line[2], line[3]
         place, nearest = -1, ti.cast(ti.static(float(AROUND)), real)
-        cf, qf = step_along_line(c, q, k, -up, neighbours)
+        cf, qf = step_along_line(c, q, k, -up, at.neighbours)
         if cf >= 0:
             for b in ti.static(range(dim)):
                 if b != k:
                     for i in range(ti.static(2 * AROUND)):
                         side, steps = 1 - 2 * (i % 2), 1 + i // 2
-                        ce, qe = step_along_line(cf, qf, b, side * steps, neighbours)
+                        ce, qe = step_along_line(cf, qf, b, side * steps, at.neighbours)
                         if ce >= 0:
-                            wall, known = wall_at(ce, qe, slots, walls, coordinates, plane[0], plane[1], plane[2])
+                            wall, known = wall_at(ce, qe, at)
                             k_e, up_e, z_e = along(wall)
                             if known == 1 and k_e == b and up_e == side and steps - z_e < nearest:
-                                cl, ql = step_along_line(c, q, b, side, neighbours)
+                                cl, ql = step_along_line(c, q, b, side, at.neighbours)
                                 if cl >= 0:
                                     place, nearest = cl * n_nodes + ql, steps - z_e
         return place, nearest
 
-    @taichi_kernel
-    def count(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
-              walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
-              counts: ti.types.ndarray(), chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def count(at: WallArrays, counts: Array, chunk_bounds: Array):
         ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(chunk_bounds)):
             if is_worker(w):
                 first, last = chunk(w, chunk_bounds)
                 for c in range(first, last):
                     n_lines, n_deep = 0, 0
-                    if slots[c] >= 0:
+                    if at.slots[c] >= 0:
                         for q in range(n_nodes):
-                            wall, _ = wall_at(c, q, slots, walls, coordinates, axis, sign, level)
+                            wall, _ = wall_at(c, q, at)
                             k, up, z = along(wall)
                             if leads(z):
                                 n_lines += 1
                             elif wall[3] <= 0.0:
-                                n_deep += 1 - is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis, sign,
-                                                     level)
+                                n_deep += 1 - is_led(c, q, k, up, z, at)
                     counts[c, 0], counts[c, 1] = n_lines, n_deep
 
-    @taichi_kernel
-    def fill(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
-             walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64, edges: int,
-             start: ti.types.ndarray(), deep_start: ti.types.ndarray(), nodes: ti.types.ndarray(),
-             numbers: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
-             chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def fill(at: WallArrays, edges: int, lines: LineArrays, chunk_bounds: Array):
         ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(chunk_bounds)):
             if is_worker(w):
                 first, last = chunk(w, chunk_bounds)
                 for c in range(first, last):
-                    line, at_deep = start[c], deep_start[c]
-                    if slots[c] >= 0:
+                    line, at_deep = lines.start[c], lines.deep_start[c]
+                    if at.slots[c] >= 0:
                         for q in range(n_nodes):
-                            wall, _ = wall_at(c, q, slots, walls, coordinates, axis, sign, level)
+                            wall, _ = wall_at(c, q, at)
                             k, up, z = along(wall)
                             if leads(z):
-                                nodes[line, 0] = c * n_nodes + q
+                                lines.places[line, 0] = c * n_nodes + q
                                 full, touching = ti.cast(0.0, real), ti.cast(0.0, real)
                                 for a in ti.static(range(dim)):
-                                    numbers[line, a] = wall[a]
+                                    lines.numbers[line, a] = wall[a]
                                 for j in range(reach):
-                                    place, ratio = follower(c, q, k, up, j, wall[3], neighbours, slots, walls,
-                                                            coordinates, axis, sign, level)
-                                    nodes[line, 1 + j], numbers[line, dim + j] = place, ratio
+                                    place, ratio = follower(c, q, k, up, j, wall[3], at)
+                                    lines.places[line, 1 + j], lines.numbers[line, dim + j] = place, ratio
                                     full += mass_share(z - (j + 1))
                                     touching += mass_share(z - (j + 1) - GAP)
-                                numbers[line, ti.static(dim + reach)] = full / mass_share(z)
-                                numbers[line, ti.static(dim + reach + 1)] = z
-                                numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
-                                nodes[line, ti.static(1 + reach)] = -1
+                                lines.numbers[line, ti.static(dim + reach)] = full / mass_share(z)
+                                lines.numbers[line, ti.static(dim + reach + 1)] = z
+                                lines.numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
+                                lines.places[line, ti.static(1 + reach)] = -1
                                 if edges == 1:
-                                    beside, away = beyond_edge(ti.Vector([c, q, k, up]), neighbours, slots, walls,
-                                                               coordinates, ti.static((axis, sign, level)))
-                                    nodes[line, ti.static(1 + reach)] = beside
-                                    numbers[line, ti.static(dim + reach + 3)] = (
+                                    beside, away = beyond_edge(ti.Vector([c, q, k, up]), at)
+                                    lines.places[line, ti.static(1 + reach)] = beside
+                                    lines.numbers[line, ti.static(dim + reach + 3)] = (
                                         mass_share(GAP - away) / ti.max(mass_share(1.0 + GAP - away), 1e-9))
                                 line += 1
                             elif wall[3] <= 0.0:  # noqa: SIM102 (see below)
                                 # Not `and`: Taichi computes what a function gives before it asks whether it is wanted,
                                 # and outside the solid there is no leader to look up
-                                if is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis, sign,
-                                          level) == 0:
-                                    deep[at_deep] = c * n_nodes + q
+                                if is_led(c, q, k, up, z, at) == 0:
+                                    lines.deep[at_deep] = c * n_nodes + q
                                     for a in ti.static(range(dim)):
-                                        deep_normals[at_deep, a] = wall[a]
+                                        lines.deep_normals[at_deep, a] = wall[a]
                                     at_deep += 1
 
     return count, fill

@@ -5,11 +5,12 @@ import numpy as np
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import own_launches
+from snowmpm.mpm.contact.arrays import ContactNodes
 from snowmpm.mpm.contact.contact_node import N_TOTALS
 from snowmpm.mpm.contact.joined_contact import joined_kernel
 from snowmpm.mpm.contact.joined_lines import JoinedLines
 from snowmpm.mpm.contact.lines import Lines
-from snowmpm.mpm.contact.wall_contact import contact_kernel
+from snowmpm.mpm.contact.wall_contact import Rubbing, Work, contact_kernel
 from snowmpm.mpm.contact.walls import FREE, NEAR
 from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.contact_velocity import CODES, SLIP, STICK
@@ -126,11 +127,11 @@ class Surface:
 
     def apply_contact(self, grid, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`, where it was found last."""
-        blocks, lines = grid.contact, self._lines
+        blocks, lines = grid.contact, self._lines.arrays
+        at = ContactNodes(grid.nodes, grid.contact_offset, blocks.coordinates, self.motion)
         if self._joined:
             joined = self._joined
-            self._hold(grid.nodes, grid.contact_offset, blocks.coordinates, joined.ints, joined.numbers, joined.state,
-                       self.motion, self.total, joined.n)
+            self._hold(at, joined.ints, joined.numbers, joined.state, self.total, joined.n)
         resolve = self._resolve[bool(blocks.layers)]
         whole = (blocks.everyone, blocks.chunk_bounds, blocks.n)
         # The second field slips where the first one sticks or rubs, unless it goes with it
@@ -139,6 +140,5 @@ class Surface:
         ways = (self.code, self.friction), (of_second, 0.0)
         for (code, friction), (work, bounds, n) in zip(ways, blocks.layers or [whole], strict=False):
             if n:
-                resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
-                        lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, code, friction,
-                        *self._coefficients(grid), blocks.part, self.total, n, bounds, work)
+                resolve(at, lines, Rubbing(code, friction, *self._coefficients(grid)), dx, blocks.part, self.total,
+                        Work(n, bounds, work))

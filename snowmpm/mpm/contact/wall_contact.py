@@ -40,13 +40,15 @@ most of its snow below the surface (`PRESSED`).
 """
 
 import functools
+from typing import NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.mpm.contact.arrays import ContactNodes, LineArrays
 from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions
 from snowmpm.mpm.contact.lines import REACH
-from snowmpm.mpm.node import block_nodes, node_vector
+from snowmpm.mpm.node import block_nodes
 from snowmpm.mpm.picker import picker
 from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK, contact_velocity
@@ -67,30 +69,47 @@ FAINTEST = 1e-12
 """Share of the followers' mass below which a line has too little to be linear with: it then rests on the surface."""
 
 
+class Rubbing(NamedTuple):
+    """Code of the contact, coefficient of friction; coefficients and the window of nodes that they are of, or what
+    another velocity field took off (`contact_kernel`)."""
+
+    code: int
+    friction: Real
+    coefficients: Array
+    window: Array
+
+
+class Work(NamedTuple):
+    """Contact blocks to visit, n of them, cut into chunks."""
+
+    n: int
+    chunk_bounds: Array
+    blocks: Array
+
+
 @functools.cache
 def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, relieved=False):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
     moving: the solid moves as `motion` says (`contact_node`), and moments are added up too. varies: the coefficient of
     friction is that of the node in plan: coefficients (nx, ny) of those from window[0], window[1] on
-    (`stepping.basal_friction`), in place of `friction`. relieved:
-    `work` names the contact blocks to visit, and coefficients (nodes, dim or more) holds the impulse that another
-    velocity field took off each node (`field_pairs.FieldPairs.relief`): friction is of what is left.
+    (`stepping.basal_friction`), in place of `friction`. relieved: `Work` names the contact blocks to visit, and
+    coefficients (nodes, dim or more) holds the impulse that another velocity field took off each node
+    (`field_pairs.FieldPairs.relief`): friction is of what is left.
     """
-    of_node = node_vector(real, flip)
     reach, edge, stride = REACH[kernel], EDGE[dim], block_nodes(dim)
     n_totals = N_TOTALS[dim]
     node, pick = node_functions(dim, real, moving), picker(relieved)
 
     @ti.func
-    def coefficient(place, coordinates: ti.template(), friction, coefficients: ti.template(), window: ti.template()):
-        mu = friction
+    def coefficient(place, coordinates: ti.template(), rubbing: ti.template()):
+        mu = rubbing.friction
         if ti.static(varies):
             at, c, q = ti.Vector.zero(ti.i32, 2), place // ti.static(stride), place % ti.static(stride)
             for a in ti.static(range(dim - 1)):
-                i = edge * coordinates[c, a] + q // ti.static(edge ** (dim - 1 - a)) % edge - window[a]
-                at[a] = ti.max(0, ti.min(i, window[2 + a] - 1))
-            mu = ti.cast(coefficients[at[0], at[1]], real)
+                i = edge * coordinates[c, a] + q // ti.static(edge ** (dim - 1 - a)) % edge - rubbing.window[a]
+                at[a] = ti.max(0, ti.min(i, rubbing.window[2 + a] - 1))
+            mu = ti.cast(rubbing.coefficients[at[0], at[1]], real)
         return mu
 
     @ti.func
@@ -112,36 +131,36 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, reliev
         return share
 
     @ti.func
-    def act_on_line(line, nodes: ti.template(), contact_offset, places: ti.template(), numbers: ti.template(), code,
-                    friction, totals: ti.template(), coordinates: ti.template(), motion: ti.template(), dx,
-                    relief: ti.template()):
-        leader = places[line, 0]
-        n = ti.Vector([numbers[line, a] for a in ti.static(range(dim))])
-        mass, found = nodes[contact_offset + leader][3], ti.cast(0.0, real)
+    def act_on_line(line, at: ti.template(), lines: ti.template(), rubbing: ti.template(), friction, dx,
+                    totals: ti.template()):
+        leader, code = lines.places[line, 0], rubbing.code
+        n = ti.Vector([lines.numbers[line, a] for a in ti.static(range(dim))])
+        mass, found = at.nodes[at.offset + leader][3], ti.cast(0.0, real)
         place, ratio = ti.Vector.zero(ti.i32, reach), ti.Vector.zero(real, reach)
         masses, u_f = ti.Vector.zero(real, reach), ti.Matrix.zero(real, reach, dim)
         for j in ti.static(range(reach)):
-            place[j], ratio[j] = places[line, 1 + j], numbers[line, dim + j]
+            place[j], ratio[j] = lines.places[line, 1 + j], lines.numbers[line, dim + j]
             if place[j] >= 0:
-                masses[j] = nodes[contact_offset + place[j]][3]
+                masses[j] = at.nodes[at.offset + place[j]][3]
             found += masses[j]
         if found > 0.0:
-            u = node.as_vector(nodes[contact_offset + leader]) - node.solid_velocity(leader, coordinates, motion, dx)
+            u = node.as_vector(at.nodes[at.offset + leader])
+            u -= node.solid_velocity(leader, at.coordinates, at.motion, dx)
             effective, momentum = mass, mass * u
             given, led, ratios = ti.cast(0.0, real), ti.cast(0.0, real), mass  # sums of the other's impulse along n
             if ti.static(relieved):
-                given = normal_of(relief, leader, n)
+                given = normal_of(rubbing.coefficients, leader, n)
                 led = given
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
-                    solid = node.solid_velocity(place[j], coordinates, motion, dx)
-                    u_j = node.as_vector(nodes[contact_offset + place[j]]) - solid
+                    solid = node.solid_velocity(place[j], at.coordinates, at.motion, dx)
+                    u_j = node.as_vector(at.nodes[at.offset + place[j]]) - solid
                     for a in ti.static(range(dim)):
                         u_f[j, a] = u_j[a]
                     effective += ratio[j] * ratio[j] * masses[j]
                     momentum += ratio[j] * masses[j] * u_j
                     if ti.static(relieved):
-                        own = normal_of(relief, place[j], n)
+                        own = normal_of(rubbing.coefficients, place[j], n)
                         ratios += ratio[j] * masses[j]
                         given, led = given + own, led + ratio[j] * own
             target = momentum * 0.0
@@ -155,12 +174,12 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, reliev
             J_n = J.dot(n)
             share_n, share_t, held_below = ti.cast(1.0, real), ti.cast(1.0, real), ti.cast(HELD, real)
             if code == SEPARATE:
-                share_n = ti.select(J_n > 0.0 and found >= mass * numbers[line, dim + reach + 2], 1.0, 0.0)
-                if found >= PRESSED * mass * numbers[line, dim + reach] and target.dot(n) > 0.0:
+                share_n = ti.select(J_n > 0.0 and found >= mass * lines.numbers[line, dim + reach + 2], 1.0, 0.0)
+                if found >= PRESSED * mass * lines.numbers[line, dim + reach] and target.dot(n) > 0.0:
                     share_n, held_below = 0.0, 1.0
-            beside = places[line, 1 + reach]
+            beside = lines.places[line, 1 + reach]
             if beside >= 0:  # noqa: SIM102 (Taichi looks up what stands right of `and` in any case)
-                if mass < numbers[line, dim + reach + 3] * nodes[contact_offset + beside][3]:
+                if mass < lines.numbers[line, dim + reach + 3] * at.nodes[at.offset + beside][3]:
                     share_n, held_below = 0.0, ti.cast(NOWHERE, real)
             if code != STICK:
                 limit = friction * ti.max(0.0, J_n + given) * share_n
@@ -168,8 +187,9 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, reliev
             if share_n > 0.0 and mass > 0.0:  # a hidden leader keeps its velocity (`hidden_nodes`)
                 change = target - u
                 part = change.dot(n) * n
-                node.set_velocity(nodes, contact_offset, leader, u + part + share_t * (change - part),
-                                  node.solid_velocity(leader, coordinates, motion, dx), totals, coordinates, motion)
+                node.set_velocity(at.nodes, at.offset, leader, u + part + share_t * (change - part),
+                                  node.solid_velocity(leader, at.coordinates, at.motion, dx), totals, at.coordinates,
+                                  at.motion)
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
                     u_j = u_f[j, :]
@@ -178,46 +198,41 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, reliev
                         change = ratio[j] * target - u_j
                         part = change.dot(n) * n
                         after = u_j + part + share_t * (change - part)
-                    elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
-                        own = own_share(relief, place[j], n, u_j, masses[j])
+                    elif ratio[j] * lines.numbers[line, dim + reach + 1] < held_below:
+                        own = own_share(rubbing.coefficients, place[j], n, u_j, masses[j])
                         after = contact_velocity(u_j, n, code, friction * own)
-                    solid = node.solid_velocity(place[j], coordinates, motion, dx)
-                    node.set_velocity(nodes, contact_offset, place[j], after, solid, totals, coordinates, motion)
+                    solid = node.solid_velocity(place[j], at.coordinates, at.motion, dx)
+                    node.set_velocity(at.nodes, at.offset, place[j], after, solid, totals, at.coordinates, at.motion)
 
-    @taichi_kernel
-    def resolve_contact(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
-                        coordinates: ti.types.ndarray(), start: ti.types.ndarray(), places: ti.types.ndarray(),
-                        numbers: ti.types.ndarray(), deep_start: ti.types.ndarray(), deep: ti.types.ndarray(),
-                        deep_normals: ti.types.ndarray(), motion: ti.types.ndarray(), dx: real, code: int,
-                        friction: real, coefficients: ti.types.ndarray(), window: ti.types.ndarray(),
-                        part: ti.types.ndarray(), total: ti.types.ndarray(), n_blocks: int,
-                        chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def resolve_contact(at: ContactNodes, lines: LineArrays, rubbing: Rubbing, dx: Real, part: Array, total: Array,
+                        work: Work):
         ti.loop_config(serialize=ti.static(serial))
-        for w in range(chunks(chunk_bounds)):
+        for w in range(chunks(work.chunk_bounds)):
             if is_worker(w):
-                first, last = chunk(w, chunk_bounds)
+                first, last = chunk(w, work.chunk_bounds)
                 for k in range(first, last):
-                    c = pick(work, k)
+                    c = pick(work.blocks, k)
                     totals = ti.Vector.zero(ti.f64, n_totals)
-                    for line in range(start[c], start[c + 1]):
-                        mu = coefficient(places[line, 0], coordinates, friction, coefficients, window)
-                        act_on_line(line, nodes, contact_offset, places, numbers, code, mu, totals, coordinates,
-                                    motion, dx, coefficients)
-                    for i in range(deep_start[c], deep_start[c + 1]):
-                        place = deep[i]
-                        if nodes[contact_offset + place][3] > 0.0:
-                            n = ti.Vector([deep_normals[i, a] for a in ti.static(range(dim))])
-                            solid = node.solid_velocity(place, coordinates, motion, dx)
-                            mu = coefficient(place, coordinates, friction, coefficients, window)
-                            u = node.as_vector(nodes[contact_offset + place]) - solid
-                            mu *= own_share(coefficients, place, n, u, nodes[contact_offset + place][3])
-                            u = contact_velocity(u, n, code, mu)
-                            node.set_velocity(nodes, contact_offset, place, u, solid, totals, coordinates, motion)
+                    for line in range(lines.start[c], lines.start[c + 1]):
+                        mu = coefficient(lines.places[line, 0], at.coordinates, rubbing)
+                        act_on_line(line, at, lines, rubbing, mu, dx, totals)
+                    for i in range(lines.deep_start[c], lines.deep_start[c + 1]):
+                        place = lines.deep[i]
+                        if at.nodes[at.offset + place][3] > 0.0:
+                            n = ti.Vector([lines.deep_normals[i, a] for a in ti.static(range(dim))])
+                            solid = node.solid_velocity(place, at.coordinates, at.motion, dx)
+                            mu = coefficient(place, at.coordinates, rubbing)
+                            u = node.as_vector(at.nodes[at.offset + place]) - solid
+                            mu *= own_share(rubbing.coefficients, place, n, u, at.nodes[at.offset + place][3])
+                            u = contact_velocity(u, n, rubbing.code, mu)
+                            node.set_velocity(at.nodes, at.offset, place, u, solid, totals, at.coordinates,
+                                              at.motion)
                     for t in ti.static(range(n_totals)):
                         part[c, t] = totals[t]
         ti.loop_config(serialize=ti.static(in_order()))
-        for k in range(n_blocks):
+        for k in range(work.n):
             for t in ti.static(range(n_totals)):
-                total[t] += part[pick(work, k), t]
+                total[t] += part[pick(work.blocks, k), t]
 
     return resolve_contact
