@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from snowmpm.compiler.backend import ti
 from snowmpm.compiler.function_trees import source_of
-from snowmpm.compiler.launch import Grouped, taichi_kernel
+from snowmpm.compiler.launch import grouped, taichi_kernel
 
 if TYPE_CHECKING:  # what Taichi makes of them knows all that kernels ask
     Array: TypeAlias = Any
@@ -45,8 +45,9 @@ else:
         """A number in double precision."""
 
 
-def grouped_kernel(real):
-    """Decorator: a `taichi_kernel` of a function whose arguments are groups, arrays and numbers. real: its precision.
+def grouped_kernel(real, plain=False):
+    """Decorator: a `taichi_kernel` of a function whose arguments are groups, arrays and numbers. real: its precision;
+    plain: by `plain_compilation`.
 
     Each argument is annotated with a NamedTuple, with `Array`, `Vectors`, `Real`, `Double` or int; so are the fields of
     a NamedTuple.
@@ -56,8 +57,8 @@ def grouped_kernel(real):
 
     def decorate(function):
         groups = {name: _fields(annotation) for name, annotation in inspect.get_annotations(function).items()}
-        kernel = taichi_kernel(_flat(function, groups, kinds))
-        return functools.wraps(function)(Grouped(kernel, [fields is None for fields in groups.values()]))
+        kernel = taichi_kernel(_flat(function, groups, kinds), plain)
+        return functools.wraps(function)(grouped(kernel, [fields is None for fields in groups.values()]))
 
     return decorate
 

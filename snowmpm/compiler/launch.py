@@ -11,8 +11,8 @@ import contextlib
 import copy
 import functools
 import gc
-import itertools
 import operator
+import types
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,22 +21,41 @@ from snowmpm.compiler import lifetime, patches, relaunch
 from snowmpm.compiler.backend import impl, ti
 
 
-def taichi_kernel(function):
-    """`ti.kernel`, by a `Launcher` if the function takes numbers and arrays only and returns nothing."""
+def taichi_kernel(function, plain=False):
+    """`ti.kernel`, by a `Launcher` if the function takes numbers and arrays only and returns nothing. plain: by
+    `plain_compilation`."""
     kernel = ti.kernel(function)
-    if not patches.apply("launch", _look):
-        return kernel
-    setters = [_setter(argument.annotation) for argument in kernel._primal.arguments]
-    if None in setters or kernel._primal.return_type is not None:
-        return kernel
-    return functools.wraps(function)(Launcher(kernel, setters))
+    if patches.apply("launch", _look):
+        setters = [_setter(argument.annotation) for argument in kernel._primal.arguments]
+        if None not in setters and kernel._primal.return_type is None:
+            return functools.wraps(function)(Launcher(kernel, setters, plain))
+    return plain_compilation()(kernel) if plain else kernel
+
+
+@contextlib.contextmanager
+def plain_compilation():
+    """Compile and launch kernels without Taichi's own optimiser, leaving the work to LLVM's.
+
+    Its passes take time with the square of the accesses to local arrays: 17 s instead of 2.5 s for a kernel that works
+    on packs of particles (measured), for code as fast. Small kernels are faster with it. The setting is part of the key
+    of a compiled kernel, so it must be the same at every launch. It is no patch and has no switch: SPH rounds otherwise
+    with Taichi's passes.
+    """
+    config = impl.current_cfg()
+    before = config.advanced_optimization
+    config.advanced_optimization = False
+    try:
+        yield
+    finally:
+        config.advanced_optimization = before
 
 
 def own_launches(kernel):
     """The same kernel, compiled once, for one of several who launch it in turn, each with arguments of its own: so it
     is told what changed since its owner's last launch."""
-    if isinstance(kernel, Grouped):
-        return Grouped(own_launches(kernel.kernel), kernel.single)
+    if isinstance(kernel, types.FunctionType) and "of_groups" in vars(kernel):
+        flat, single = kernel.of_groups
+        return grouped(own_launches(flat), single)
     if not isinstance(kernel, Launcher):
         return kernel
     own = copy.copy(kernel)
@@ -66,8 +85,9 @@ class Launcher:
     take.
     """
 
-    def __init__(self, kernel, setters):
-        self._plain, self._kernel = kernel, kernel._primal
+    def __init__(self, kernel, setters, plain=False):
+        self._plain, self._kernel = plain_compilation()(kernel) if plain else kernel, kernel._primal
+        self._around = plain_compilation if plain else contextlib.nullcontext
         self._setters = [((i,), setter) for i, setter in enumerate(setters)]
         self._arrays = [i for i, setter in enumerate(setters) if setter is _set_array]
         self._start, self._compiled, self._again = None, {}, None
@@ -80,8 +100,11 @@ class Launcher:
         again = self._again if runs else None
         if again is None or not again.take(args, _kind):
             key = tuple([_kind(args[i]) for i in self._arrays])
-            if not (runs and key in self._compiled) and not self._compile(key, args):
-                return self._plain(*args)
+            if not (runs and key in self._compiled):
+                with self._around():
+                    compiled = self._compile(key, args)
+                if not compiled:
+                    return self._plain(*args)
             again = self._told(key, args)
         try:
             start.prog.launch_kernel(again.code, again.context)
@@ -127,23 +150,21 @@ class Launcher:
         return True
 
 
-class Grouped:
-    """A kernel whose arguments come in groups (`compiler.groups`). single: whether each is a group or not."""
+def grouped(kernel, single):
+    """A kernel that takes its arguments in groups (`compiler.groups`); single: whether each is a group or not.
 
-    def __init__(self, kernel, single):
-        self.kernel, self.single, self._some = kernel, single, any(single)
+    Written out, `lambda kernel: lambda a, b: kernel(*a, b)`: a loop over the groups would take as long as a launch.
+    """
+    launch = _grouped(tuple(single))(kernel)
+    launch.of_groups = kernel, single
+    return launch
 
-    def __call__(self, *arguments):
-        if not self._some:
-            self.kernel(*itertools.chain.from_iterable(arguments))
-            return
-        flat = []
-        for single, argument in zip(self.single, arguments, strict=True):
-            if single:
-                flat.append(argument)
-            else:
-                flat += argument
-        self.kernel(*flat)
+
+@functools.cache
+def _grouped(single):
+    names = [f"a{i}" for i in range(len(single))]
+    parts = [name if alone else f"*{name}" for name, alone in zip(names, single, strict=True)]
+    return eval(f"lambda kernel: lambda {', '.join(names)}: kernel({', '.join(parts)})")
 
 
 @contextlib.contextmanager

@@ -164,21 +164,3 @@ def fine_grained():
 def is_started():
     """Whether Taichi runs, and as it was when `start` was called last."""
     return runs(impl.get_runtime()) and _running.get("start") is impl.get_runtime()
-
-
-@contextlib.contextmanager
-def plain_compilation():
-    """Compile and launch kernels without Taichi's own optimiser, leaving the work to LLVM's.
-
-    Its passes take time with the square of the accesses to local arrays: 17 s instead of 2.5 s for a kernel that works
-    on packs of particles (measured), for code as fast. Small kernels are faster with it. The setting is part of the key
-    of a compiled kernel, so it must be the same at every launch. It is no patch and has no switch: SPH rounds otherwise
-    with Taichi's passes.
-    """
-    config = impl.current_cfg()
-    before = config.advanced_optimization
-    config.advanced_optimization = False
-    try:
-        yield
-    finally:
-        config.advanced_optimization = before

@@ -77,7 +77,7 @@ def respond(materials, before, A, dt, tangents):
     dim = A.shape[1]
     after = After.room(before, dim, tangents)
     if len(A):
-        with runtime.precision("f64"), runtime.plain_compilation():
+        with runtime.precision("f64"):
             kernel = response_kernel(dim, before.state.shape[1], materials.functions)
             kernel(np.ascontiguousarray(A), before, Laws(materials.numbers, materials.law_of), after, int(tangents), dt)
     return after
@@ -101,7 +101,7 @@ def response_kernel(dim, state_size, laws):
                 T[j, i] = tau[k]
         return T
 
-    @grouped_kernel(ti.f64)
+    @grouped_kernel(ti.f64, plain=True)
     def find(A: Array, before: Before, laws: Laws, after: After, tangents: int, dt: Real):
         for p in range(A.shape[0]):
             own = ti.cast(before.material[p], ti.i32)

@@ -68,7 +68,7 @@ class Stiffness:
         dim, n = self.mesh.dim, self.mesh.n_nodes
         data = np.zeros((len(self._indices), dim, dim))
         flat = (np.ravel(one) for one in (self.mesh.weights, self.mesh.gradients, C, inertia))
-        with runtime.precision("f64"), runtime.plain_compilation():
+        with runtime.precision("f64"):
             _row_kernel(dim, len(self.mesh.steps), self.mesh.neighbours.shape[1])(
                 self._reach, Particles(*flat), data.reshape(-1), self._bounds)
         if self.mesh.period is None:
@@ -83,7 +83,7 @@ class Stiffness:
 def _row_kernel(dim, size, steps):
     entries = list(itertools.product(range(dim), repeat=3))
 
-    @grouped_kernel(ti.f64)
+    @grouped_kernel(ti.f64, plain=True)
     def add_rows(reach: Reach, particles: Particles, data: Array, bounds: Array):
         for i in range(chunks(bounds)):
             if is_worker(i):

@@ -12,6 +12,8 @@ from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.grid_update import Blocks, GridArrays, Step, grid_kernels
+from snowmpm.mpm.transfer.arrays import Scheme, Tiles
+from snowmpm.mpm.transfer.arrays import Step as GatherStep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -116,9 +118,8 @@ class MpmSolver(Solver, Severing, Damped, Within):
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
-        owners, *work = self._work()
-        self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners,
-                      grid.active_nodes, grid.tiles, dt, self.dx, grid.n_tiles, *work)
+        owners, work = self._work()
+        self._scatter(store.arrays, owners, Tiles(grid.tiles, grid.active_nodes, grid.n_tiles), dt, self.dx, work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -144,14 +145,13 @@ class MpmSolver(Solver, Severing, Damped, Within):
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
-        owners, *work = self._work()
+        owners, work = self._work()
         report = self._report
         report.fill(0.0)
         for act in self.adapters.before_gather:
             act(dt)
-        self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
-                     owners, grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
-                     grid.n_tiles, *work)
+        self._gather(store.arrays, owners, Tiles(grid.tiles, grid.active_nodes, grid.n_tiles),
+                     GatherStep(dt, self.dx, self.flip_ratio), self._reports, report, work)
         for act in self.adapters.after_gather:
             act(dt)
         self._read(report)
@@ -220,12 +220,12 @@ class MpmSolver(Solver, Severing, Damped, Within):
     # ---- set-up -----------------------------------------------------------------------------------------------
 
     def _bind_kernels(self):
-        layout, real, flip, moves = self.particles.layout, self._real, self.flip, self._hands_on
-        scheme = self.atomic, flip, self.basis, self._gradient, moves, self.serial
-        self._scatter = scatter_kernel(layout, real, *scheme, self.adapters.inlined)
+        layout, real, flip = self.particles.layout, self._real, self.flip
+        scheme = Scheme(flip, self.basis, self._gradient, self._hands_on)
+        how = self.atomic, self.serial, self.adapters.inlined
+        self._scatter = scatter_kernel(layout, real, scheme, *how)
         self._update = grid_kernels(self.dim, real, flip, self.serial)
-        self._gather = gather_kernel(layout, real, self.materials.functions, *scheme,
-                                      self.adapters.inlined)
+        self._gather = gather_kernel(layout, real, self.materials.functions, scheme, *how)
         self.boundary.bind(real, self.basis, flip, self.serial,
                            self.grid.fields is not None and self.grid.fields.relief is not None)
 

@@ -72,11 +72,8 @@ class Boundary:
         self.table = real_array([*table, [0.0, 0.0, 0.0]])
         """Contact code, friction, whether a mirror, of each surface; last: loads."""
         self.dummies = DummyRows(self._seed(int(np.ceil(reach))), self.surfaces, frame, period, first_row)
-
-    @property
-    def walls(self):
+        self.walls = Walls(self.dummies.frames, self.dummies.surface_of, self.dummies.first_row, self.table)
         """What kernels read of surfaces and dummies."""
-        return Walls(self.dummies.frames, self.dummies.surface_of, self.dummies.first_row, self.table)
 
     # ---- seeding ----------------------------------------------------------------------------------------------
 

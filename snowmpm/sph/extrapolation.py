@@ -26,7 +26,6 @@ import functools
 from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
-from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
 from snowmpm.sph.dummy_rows import Walls
 from snowmpm.sph.lengths import kernel_functions
@@ -167,7 +166,7 @@ def extrapolation_kernel(layout, real, width, support, form, wall_stress, moved_
         for lane in range(count):
             write_dummy(pack, lane, first + lane, rows, source, walls, gravity, dx)
 
-    @grouped_kernel(real)
+    @grouped_kernel(real, plain=True)
     def extrapolate(lists: Lists, rows: Array, source: Array, walls: Walls, gravity: Array, dx: Real, n_packs: int,
                     chunk_bounds: Array):
         if ti.static(width == 1):
@@ -185,11 +184,7 @@ def extrapolation_kernel(layout, real, width, support, form, wall_stress, moved_
                     for k in range(begin, end):
                         extrapolate_pack(pack, k, lists, rows, source, walls, gravity, dx)
 
-    def extrapolate_packs(*arguments):
-        with plain_compilation():
-            extrapolate(*arguments)
-
-    return extrapolate_packs
+    return extrapolate
 
 
 class Extrapolation:

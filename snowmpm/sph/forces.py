@@ -30,7 +30,10 @@ class Forces:
         """rows: `Rows`; near: `Neighbourhood`; boundary: `Boundary`; scheme: `snowmpm.scenes.Sph`; kernel: of the
         momentum sum; gravity: array (dim,) [m/s2]."""
         self._rows, self._near, self._boundary = rows, near, boundary
-        self._scheme, self._gravity, self._dx, self._kick = scheme, gravity, dx, kernel
+        self._gravity, self._dx, self._kick = gravity, dx, kernel
+        self._factors = Factors(
+            scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping, scheme.confining_pressure,
+            scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf)
         self._tallies: Any = None
 
     def begin(self, blocks, loaded):
@@ -40,10 +43,8 @@ class Forces:
     def kick(self, dt, damping_factor, loads, n_loads):
         """Velocities after dt [s], times `damping_factor`; -> totals of what surfaces and loads gave, as `Boundary.add`
         takes them, None where they met no particle. loads: array of which n_loads rows count."""
-        near, scheme, tallies, packs = self._near, self._scheme, self._tallies.begin(), self._near.packs
-        covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
+        near, tallies, packs = self._near, self._tallies.begin(), self._near.packs
         self._kick(near.of_particles, self._rows.tables, self._boundary.walls, tallies,
-                   Step(self._gravity, loads, n_loads, self._dx, dt, damping_factor),
-                   Factors(scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping,
-                           scheme.confining_pressure, covered), packs.n, packs.chunk_bounds)
+                   Step(self._gravity, loads, n_loads, self._dx, dt, damping_factor), self._factors, packs.n,
+                   packs.chunk_bounds)
         return tallies.total if tallies.n else None

@@ -27,7 +27,6 @@ from typing import NamedTuple
 from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
-from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
 from snowmpm.sph.candidates import SURFACE
 from snowmpm.sph.dummy_rows import Walls
@@ -266,7 +265,7 @@ def momentum_kernel(layout, real, width, support, terms, serial):
             for a in ti.static(range(dim)):
                 pack["inner"][a][lane] = pack["f"][a][lane]
 
-    @grouped_kernel(real)
+    @grouped_kernel(real, plain=True)
     def kick(lists: Lists, rows: RowTables, walls: Walls, tallies: Sums, step: Step, factors: Factors, n_packs: int,
              chunk_bounds: Array):
         if ti.static(width == 1):
@@ -289,8 +288,4 @@ def momentum_kernel(layout, real, width, support, terms, serial):
                 for q in ti.static(range(n_tally)):
                     tallies.total[s, q] += tallies.sums[t, s, q]
 
-    def kick_packs(*arguments):
-        with plain_compilation():
-            kick(*arguments)
-
-    return kick_packs
+    return kick

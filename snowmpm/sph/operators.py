@@ -25,7 +25,7 @@ import numpy as np
 from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
-from snowmpm.compiler.runtime import DTYPES, plain_compilation
+from snowmpm.compiler.runtime import DTYPES
 from snowmpm.materials.packs import read_lane
 from snowmpm.sph.lengths import kernel_functions
 from snowmpm.sph.neighbours import COUNT, FIRST, Lists
@@ -123,7 +123,7 @@ def operator_kernel(layout, real, width, support, kind, parity):
                 lower = m0 - m1.dot(back @ m1)
                 out[row, q] = pack["f"][q][lane] + (b0 - m1.dot(back @ b1)) / ti.max(lower, 1e-6 * m0 + 1e-20)
 
-    @grouped_kernel(real)
+    @grouped_kernel(real, plain=True)
     def operate(lists: Lists, moved: Array, fields: Array, out: Array, first_dummy: int, n_packs: int,
                 chunk_bounds: Array):
         ti.loop_config(serialize=serial)
@@ -156,11 +156,7 @@ def operator_kernel(layout, real, width, support, kind, parity):
                     for lane in range(count):
                         conclude(pack, lane, first + lane, out)
 
-    def operate_packs(*arguments):
-        with plain_compilation():
-            operate(*arguments)
-
-    return operate_packs
+    return operate
 
 
 class Operators:

@@ -89,10 +89,7 @@ class Rows:
                                   "most fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx")
         self.source = ti.ndarray(ti.types.vector(layout.source_width, self.real), (self.n,))
         self.moved = ti.ndarray(ti.types.vector(layout.moved_width, self.real), (self.n,))
-
-    @property
-    def tables(self):
-        return RowTables(self.source, self.moved)
+        self.tables = RowTables(self.source, self.moved)
 
     def write(self, particles, positions):
         """Set the source rows of the particles (n, source_width), at these positions (n, dim)."""

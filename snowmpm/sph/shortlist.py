@@ -42,6 +42,7 @@ class ShortLists:
         self._cut = cut_kernel(layout, DTYPES[precision][0], width)
         self._radius, self._skin = radius, skin
         self._kept: Any = Kept(None, None, None)
+        self._now: Any = None
         self._left, self._way = -math.inf, math.inf
 
     def forget(self):
@@ -57,15 +58,15 @@ class ShortLists:
 
         packs, lists: of particles (`neighbours`); rows: `Rows` as they are now.
         """
-        whole = lists.of(packs)
         if self._left < 0.0:
+            whole = lists.of(packs)
             reach = LASTING * self._way
             if not reach < WORTH * self._skin:
                 return whole
             self._make_room(whole)
             self._cut(whole, rows.source, self._kept, (self._radius + reach) ** 2, packs.n, packs.chunk_bounds)
-            self._left = reach
-        return whole._replace(**self._kept._asdict())
+            self._left, self._now = reach, whole._replace(**self._kept._asdict())
+        return self._now
 
     def _make_room(self, whole):
         """For as much as the whole lists hold."""

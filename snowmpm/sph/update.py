@@ -26,7 +26,6 @@ from typing import NamedTuple
 from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, partial_sums
-from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.particles.arrays import ParticleArrays
 from snowmpm.particles.law_packs import law_functions, most_held
@@ -244,7 +243,7 @@ def update_kernel(layout, row_layout, real, laws, width, support, terms, serial)
         report_pack(pack, first, count, k, report)
         write_pack(pack, first, count, particles, places, rows, step.speeds, step.dx)
 
-    @grouped_kernel(real)
+    @grouped_kernel(real, plain=True)
     def update(lists: Lists, particles: ParticleArrays, rows: RowTables, report: Report, step: Step, n_packs: int,
                chunk_bounds: Array):
         if ti.static(width == 1):
@@ -270,8 +269,4 @@ def update_kernel(layout, row_layout, real, laws, width, support, terms, serial)
         for i in range(partial_sums(n_packs)):
             judged.add_rows(report.of_packs, i, n_packs, report.total)
 
-    def update_packs(*arguments):
-        with plain_compilation():
-            update(*arguments)
-
-    return update_packs
+    return update

@@ -32,10 +32,9 @@ import taichi as ti
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import int_array
-from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.runtime import plain_compilation
+from snowmpm.compiler.launch import plain_compilation, taichi_kernel
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
-from snowmpm.mpm.contact.spreading import spreading
+from snowmpm.mpm.contact.spreading import Given, spreading
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import SECOND, node_mask, node_size, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
@@ -141,8 +140,9 @@ def kernels(layout, basis, flip):
                 if ti.static(g == 1):
                     place = ti.select(f < 0.5, f + 0.5, f - 0.5)
                 w = weights_of(pack, g, lane)
-                parts.prepare(vectors[g * n_vectors : (g + 1) * n_vectors], lane, place, w, w, mass,
-                              read_lane(pack["v"], lane), dx * read_matrix_lane(pack["C"], lane), impulse, none, zero)
+                velocity, C = read_lane(pack["v"], lane), dx * read_matrix_lane(pack["C"], lane)
+                parts.prepare(vectors[g * n_vectors : (g + 1) * n_vectors], lane, place, w, w,
+                              ti.static(Given(mass, velocity, C, impulse, none, zero)))
 
     @ti.func
     def spread(pack: ti.template(), address: ti.template(), vectors: ti.template(), count, tiles: ti.template()):

@@ -15,11 +15,25 @@ impulse is in its second half.
 
 import functools
 from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 from snowmpm.compiler import ti
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import SECOND, node_size
 from snowmpm.mpm.transfer.stencil import STENCILS
+
+
+class Given(NamedTuple):
+    """What a particle gives, within a kernel: mass [kg]; velocity [m/s]; C: affine matrix times dx [m/s]; impulse:
+    internal one, -dt V tau / dx [N s]; pull (dim,) [N s]: one that goes by the weights alone; beside: to the spare
+    number of the nodes."""
+
+    mass: Any
+    velocity: Any
+    C: Any
+    impulse: Any
+    pull: Any
+    beside: Any
 
 
 @functools.cache
@@ -35,28 +49,25 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic, pulls=False):
     n_vectors = width * dim + (dim == 2)
 
     @ti.func
-    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse, pull, beside):
-        """Write the vectors of a particle: u along each axis, q where none took it up, `size` numbers a lane.
-
-        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; pull (dim,) [N s]: one that goes
-        by the weights alone; beside: to the spare number of the nodes.
-        """
+    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, given: ti.template()):
+        """Write the vectors of a particle, of what is `Given`: u along each axis, q where none took it up, `size`
+        numbers a lane."""
         for half in ti.static(range(size // SECOND)):
             s, g = ti.Matrix.zero(real, dim, dim), ti.Matrix.zero(real, dim, dim)
             if ti.static(half == 0 and affine):
-                s += mass * C
+                s += given.mass * given.C
             if ti.static(half == pulled and shape):
-                g += impulse
+                g += given.impulse
             if ti.static(half == pulled and not shape):
-                s += stencil.inverse_second_moment * impulse
+                s += stencil.inverse_second_moment * given.impulse
             q, heavy = -(s @ f), ti.cast(0.0, real)
             if ti.static(half == 0):
-                q += mass * velocity
-                heavy = mass
+                q += given.mass * given.velocity
+                heavy = given.mass
             else:
-                heavy = beside
+                heavy = given.beside
             if ti.static(half == pulled and pulls):
-                q += pull
+                q += given.pull
             for a in ti.static(range(dim)):
                 for k in ti.static(range(width)):
                     u, taken = (float(k) * w[k, a]) * s[:, a] + dw[k, a] * g[:, a], ti.cast(0.0, real)

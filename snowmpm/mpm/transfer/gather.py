@@ -17,35 +17,36 @@ A CPU takes the particles of a block in packs (`gather_packs`), a GPU one a thre
 import functools
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import in_order
-from snowmpm.mpm.node import SECOND, node_vector
+from snowmpm.mpm.node import SECOND
 from snowmpm.mpm.report import report_functions
+from snowmpm.mpm.transfer.arrays import Step, Tiles
 from snowmpm.mpm.transfer.gather_packs import gradient_functions, pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.particles.arrays import ParticleArrays
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
 from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, STRAINED, SUMMED, WAVE2
 
 
-def gather_kernel(layout, real, laws, atomic, flip, basis="quadratic", gradient="affine", affine=True,
-                  serial=False, inlined=()):
+def gather_kernel(layout, real, laws, scheme, atomic, serial=False, inlined=()):
     """Kernel of the second half of a step.
 
-    laws: `LawFunctions` of a scene; inlined: `kernel_api.Inlined` of components, in their order.
-    atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
-    beside a grad v of the shape functions; serial: by one thread.
+    laws: `LawFunctions` of a scene; scheme: `Scheme`; inlined: `kernel_api.Inlined` of components, in their order.
+    atomic: as in `scatter_kernel`; serial: by one thread.
     """
-    scheme = layout, real, laws, flip, basis, gradient, affine, inlined
-    return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial)
+    if atomic:
+        return particle_kernel(layout, real, laws, scheme, inlined)
+    return pack_kernel(layout, real, laws, scheme, inlined, serial)
 
 
 @functools.cache
-def particle_kernel(layout, real, laws, flip, basis, gradient, affine, inlined):
+def particle_kernel(layout, real, laws, scheme, inlined):
     """The kernel for one particle a thread."""
+    flip, basis, gradient, affine = scheme
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
-    of_node = node_vector(real, flip)
     n_laws, updates = len(laws), [law.update for law in laws]
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
@@ -54,56 +55,54 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine, inlined):
     bent = gradient_functions(layout, real, inlined)
 
     @ti.func
-    def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
-                        law_of: ti.template(), tiles: ti.template(), dt, inverse_dx, flip_ratio):
+    def gather_particle(p, b, particles: ti.template(), places, tiles: ti.template(), step: ti.template()):
         """Advance one particle; -> its report."""
-        x = access.load(reals, places, p, at["position"], dim)
+        dt, inverse_dx = step.dt, 1.0 / step.dx
+        x = access.load(particles.reals, places, p, at["position"], dim)
         address, f, w, dw = grid.locate(x, b)
-        v, moments, slopes = grid.interpolate(tiles, address, w, dw)
+        v, moments, slopes = grid.interpolate(tiles.nodes, address, w, dw)
         C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
         velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
         x += (dt * inverse_dx) * velocity
         for k in ti.static(range(len(bent))):
-            own = access.load(reals, places, p, bent[k].at, bent[k].size)
-            ratio = access.load(reals, places, p, at["volume_ratio"], 1)[0]
+            own = access.load(particles.reals, places, p, bent[k].at, bent[k].size)
+            ratio = access.load(particles.reals, places, p, at["volume_ratio"], 1)[0]
             L, own = bent[k].act(L, velocity, ratio, own, dt, 1.0 / inverse_dx)
             if ti.static(bent[k].keeps):
-                access.store(reals, places, p, bent[k].at, own)
+                access.store(particles.reals, places, p, bent[k].at, own)
         if ti.static(flip):
             change = ti.Vector([v[SECOND + i] for i in ti.static(range(dim))])
-            old = access.load(reals, places, p, at["velocity"], dim)
-            velocity = particle.blend(velocity, old + change, flip_ratio)
-        A, growth, ratio = particle.deform(L, access.load(reals, places, p, at["volume_ratio"], 1)[0], dt)
-        h, tau = access.load(reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
-        state = access.load(reals, places, p, at["state"], layout.state_size)
+            old = access.load(particles.reals, places, p, at["velocity"], dim)
+            velocity = particle.blend(velocity, old + change, step.flip_ratio)
+        A, growth, ratio = particle.deform(L, access.load(particles.reals, places, p, at["volume_ratio"], 1)[0], dt)
+        h, tau = access.load(particles.reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
+        state = access.load(particles.reals, places, p, at["state"], layout.state_size)
         work, iterations = ti.cast(0.0, real), 0
         strain, wave2, breaks = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
+        kind = particles.material[p]
         for k in ti.static(range(n_laws)):
-            if law_of[material[p]] == k:
-                h, tau, state, work, iterations = updates[k](particle.parameters_of(k, materials, material[p]), h,
+            if particles.law_of[kind] == k:
+                h, tau, state, work, iterations = updates[k](particle.parameters_of(k, particles.materials, kind), h,
                                                              state, A, dt)
-                strain, wave2 = particle.extremes_of_law(k, materials, material[p], h, tau, state)
-                breaks = particle.breaks(k, materials, material[p], state, work)
-        access.store(reals, places, p, at["position"], x)
-        particle.store_motion(p, reals, places, velocity, C)
-        particle.store_response(p, reals, places, h, tau, state, ratio)
-        volume = access.load(reals, places, p, at["volume"], 1)[0]
+                strain, wave2 = particle.extremes_of_law(k, particles.materials, kind, h, tau, state)
+                breaks = particle.breaks(k, particles.materials, kind, state, work)
+        access.store(particles.reals, places, p, at["position"], x)
+        particle.store_motion(p, particles.reals, places, velocity, C)
+        particle.store_response(p, particles.reals, places, h, tau, state, ratio)
+        volume = access.load(particles.reals, places, p, at["volume"], 1)[0]
         report = judged.judge(x, velocity, L, growth, h, tau, work * volume, iterations)
         report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
         report[BREAKING], report[STRAINED] = breaks, judged.strained(strain)
         return report
 
-    @taichi_kernel
-    def gather_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
-                      materials: ti.types.ndarray(), law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
-                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real,
-                      dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
-                      count: int):
-        for b, c in ti.ndrange(n_tiles, N_REPORT):
+    @grouped_kernel(real)
+    def gather_atomic(particles: ParticleArrays, block_of: Array, tiles: Tiles, step: Step, reports: Array,
+                      report: Array, count: int):
+        for b, c in ti.ndrange(tiles.n, N_REPORT):
             reports[b, c] = 0.0
         for p in range(count):
-            one = gather_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, law_of,
-                                  tiles, dt, 1.0 / dx, flip_ratio)
+            places = access.places(particles.reals, particles.slot_offset)
+            one = gather_particle(p, block_of[p], particles, places, tiles, step)
             for c in ti.static(range(N_REPORT)):
                 value = ti.cast(one[c], ti.f64)
                 if ti.static(c == BAD):
@@ -114,7 +113,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine, inlined):
                     # What is seen may be old, but is never too large: looking spares nearly all of the atomics
                     ti.atomic_max(reports[block_of[p], c], value)
         ti.loop_config(serialize=ti.static(in_order()))
-        for b in range(n_tiles):
+        for b in range(tiles.n):
             judged.add_row(reports, b, report)
 
     return gather_atomic

@@ -9,14 +9,15 @@ import functools
 from types import SimpleNamespace
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
-from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
-from snowmpm.mpm.node import SECOND, node_mask, node_size, node_vector
+from snowmpm.mpm.node import SECOND, node_mask, node_size
 from snowmpm.mpm.report import report_functions
+from snowmpm.mpm.transfer.arrays import Step, Tiles
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.arrays import ParticleArrays
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.law_packs import law_functions, most_held
 from snowmpm.particles.response import response_functions
@@ -43,11 +44,12 @@ def gradient_functions(layout, real, inlined):
 
 
 @functools.cache
-def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, serial):
+def pack_kernel(layout, real, laws, scheme, inlined, serial):
     """Kernel of `gather.gather_kernel` for one block a thread, in fixed order"""
+    flip, basis, gradient, affine = scheme
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
-    of_node, size, mask = node_vector(real, flip), node_size(flip), node_mask(flip)
+    size, mask = node_size(flip), node_mask(flip)
     some_stiffen = any(law.stiffness is not None for law in laws)
     some_bonded = any(law.bonds is not None for law in laws)
     shape, width = gradient == "shape", STENCILS[basis].width
@@ -69,7 +71,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
     @ti.func
-    def read_pack(pack: ti.template(), address: ti.template(), first, count, b, reals: ti.template(), places):
+    def read_pack(pack: ti.template(), first, count, b, reals: ti.template(), places):
         """Load the particles first .. first + count - 1 of block b, and find their stencils."""
         for lane in range(count):
             p = first + lane
@@ -84,7 +86,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
                 write_lane(pack["old"], lane, access.load(reals, places, p, at["velocity"], dim))
         for lane in range(LANES):
             start, f, w, dw = grid.locate(read_lane(pack["x"], lane), b)
-            address[lane] = start
+            pack["address"][lane] = start
             write_lane(pack["f"], lane, f)
             for k in ti.static(range(width)):
                 for a in ti.static(range(dim)):
@@ -93,8 +95,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
                         pack["dw"][k * dim + a][lane] = dw[k, a]
 
     @ti.func
-    def sum_over_nodes(pack: ti.template(), address: ti.template(), sums: ti.template(), first, count,
-                       reals: ti.template(), places, tiles: ti.template(), cells_per_metre):
+    def sum_over_nodes(pack: ti.template(), sums: ti.template(), first, count, reals: ti.template(), places,
+                       nodes: ti.template(), cells_per_metre):
         """Interpolate to each lane, and move it. Node vectors are kept whole, as numbers of a register; were the
         position not stored here, the compiler would take several lanes at once and each number of a node alone."""
         for lane in range(count):
@@ -104,7 +106,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
                     w[k, a] = pack["w"][k * dim + a][lane]
                     if ti.static(shape):
                         dw[k, a] = pack["dw"][k * dim + a][lane]
-            v, moments, slopes = grid.interpolate(tiles, address[lane] & mask, w, dw)
+            v, moments, slopes = grid.interpolate(nodes, pack["address"][lane] & mask, w, dw)
             for c in ti.static(range(size)):
                 sums[0][size * lane + c] = v[c]
                 if ti.static(c < kept):
@@ -220,44 +222,39 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, inlined, seri
             reports[b, c] = ti.cast(block[c], ti.f64)
         reports[b, BAD] = ti.cast(worst.max(), ti.f64)
 
-    @taichi_kernel
-    def gather_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
-                      materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
-                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real,
-                      dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
-                      chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real, plain=True)
+    def gather_blocks(particles: ParticleArrays, start: Array, tiles: Tiles, step: Step, reports: Array, report: Array,
+                      chunk_bounds: Array):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
-                places = access.places(reals, slot_offset)
+                places = access.places(particles.reals, particles.slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
                 blanks = ti.Vector.zero(real, size * LANES)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)} | {
-                    "work": blank, "iterations": count_blank}
+                    "work": blank, "iterations": count_blank, "address": count_blank}
                 found = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(found_columns)}
-                worst, address = count_blank, count_blank
+                worst = count_blank
                 sums = [blanks for _ in ti.static(range(n_sums))]
                 for b in range(begin, end):
                     clear_found(found, worst)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES
                         count = ti.min(LANES, start[b + 1] - first)
-                        read_pack(pack, address, first, count, b, reals, places)
-                        sum_over_nodes(pack, address, sums, first, count, reals, places, tiles, dt / dx)
+                        read_pack(pack, first, count, b, particles.reals, places)
+                        sum_over_nodes(pack, sums, first, count, particles.reals, places, tiles.nodes,
+                                       step.dt / step.dx)
                         spread_sums(pack, sums)
-                        deform_pack(pack, dt, 1.0 / dx, flip_ratio)
-                        apply_laws(pack, first, count, material, materials, law_of, dt)
+                        deform_pack(pack, step.dt, 1.0 / step.dx, step.flip_ratio)
+                        apply_laws(pack, first, count, particles.material, particles.materials, particles.law_of,
+                                   step.dt)
                         report_pack(pack, found, worst, first, count)
-                        write_pack(pack, first, count, reals, places)
-                    write_found(found, worst, b, active_nodes, reports)
+                        write_pack(pack, first, count, particles.reals, places)
+                    write_found(found, worst, b, tiles.active_nodes, reports)
         ti.loop_config(serialize=True)
-        for b in range(n_tiles):
+        for b in range(tiles.n):
             judged.add_row(reports, b, report)
 
-    def gather_packs(*arguments):
-        with plain_compilation():
-            gather_blocks(*arguments)
-
-    return gather_packs
+    return gather_blocks

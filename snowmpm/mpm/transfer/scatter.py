@@ -17,31 +17,32 @@ particles of a block in packs (`scatter_packs`), a GPU one a thread.
 import functools
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.mpm.contact.spreading import spreading
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
+from snowmpm.mpm.contact.spreading import Given, spreading
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import node_size, node_vector
+from snowmpm.mpm.transfer.arrays import Tiles
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.scatter_packs import impulse_function, scatter_pack_kernel
+from snowmpm.particles.arrays import ParticleArrays
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
 
-def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False,
-                   inlined=()):
+def scatter_kernel(layout, real, scheme, atomic, serial=False, inlined=()):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
-    flip: the internal impulse goes to the second half of a node, since FLIP needs the velocity before it.
-    basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP). serial:
-    by one thread, unless atomic; inlined: `kernel_api.Inlined` of components.
+    scheme: `Scheme`; serial: by one thread, unless atomic; inlined: `kernel_api.Inlined` of components.
     """
-    scheme = layout, real, flip, basis, gradient, affine, inlined
-    return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial)
+    if atomic:
+        return particle_kernel(layout, real, scheme, inlined)
+    return scatter_pack_kernel(layout, real, scheme, inlined, serial)
 
 
 @functools.cache
-def particle_kernel(layout, real, flip, basis, gradient, affine, inlined):
+def particle_kernel(layout, real, scheme, inlined):
     """The kernel for one particle a thread."""
+    flip, basis, gradient, affine = scheme
     dim, tile_edge = layout.dim, TILE[layout.dim]
     shape = gradient == "shape"
     access, at = accessors(layout), layout.offsets
@@ -60,38 +61,36 @@ def particle_kernel(layout, real, flip, basis, gradient, affine, inlined):
             return ti.Matrix([[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]])
 
     @ti.func
-    def scatter_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
-                         tiles: ti.template(), dt, dx):
-        address, f, w, dw = grid.locate(access.load(reals, places, p, at["position"], dim), b)
-        velocity = access.load(reals, places, p, at["velocity"], dim)
+    def scatter_particle(p, b, particles: ti.template(), places, nodes: ti.template(), dt, dx):
+        address, f, w, dw = grid.locate(access.load(particles.reals, places, p, at["position"], dim), b)
+        velocity = access.load(particles.reals, places, p, at["velocity"], dim)
         C = ti.Matrix.zero(real, dim, dim)
         if ti.static(affine):
-            rows = dx * access.load(reals, places, p, at["affine"], dim * dim)
+            rows = dx * access.load(particles.reals, places, p, at["affine"], dim * dim)
             for i in ti.static(range(dim)):
                 for a in ti.static(range(dim)):
                     C[i, a] = rows[dim * i + a]
-        tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
-        volume = access.load(reals, places, p, at["volume"], 1)[0]
-        mass, beside = volume * materials[material[p], DENSITY], ti.cast(0.0, real)
+        tau = symmetric_matrix(access.load(particles.reals, places, p, at["stress"], layout.sym_size))
+        volume = access.load(particles.reals, places, p, at["volume"], 1)[0]
+        mass, beside = volume * particles.materials[particles.material[p], DENSITY], ti.cast(0.0, real)
         if ti.static(layout.mass_at >= 0):
-            mass += volume * access.load(reals, places, p, layout.mass_at, 1)[0]
-            beside = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
+            mass += volume * access.load(particles.reals, places, p, layout.mass_at, 1)[0]
+            beside = volume * access.load(particles.reals, places, p, at["volume_ratio"], 1)[0]
         vectors = [ti.Vector.zero(real, size) for _ in ti.static(range(parts.n_vectors))]
         impulse, pull = (-dt / dx * volume) * tau, ti.Vector.zero(real, dim)
         if ti.static(pulls):
-            own = access.load(reals, places, p, given.at, given.size)
-            impulse, pull, beside = given.act(impulse, access.load(reals, places, p, at["volume_ratio"], 1)[0], own, dx)
-        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, impulse, pull, beside)
-        parts.spread(tiles, address, w, vectors, 0)
+            own = access.load(particles.reals, places, p, given.at, given.size)
+            ratio = access.load(particles.reals, places, p, at["volume_ratio"], 1)[0]
+            impulse, pull, beside = given.act(impulse, ratio, own, dx)
+        parts.prepare(vectors, 0, f, w, dw, ti.static(Given(mass, velocity, C, impulse, pull, beside)))
+        parts.spread(nodes, address, w, vectors, 0)
 
-    @taichi_kernel
-    def scatter_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
-                       materials: ti.types.ndarray(), block_of: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
-                       tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real, dx: real, n_tiles: int, count: int):
-        for q in range(n_tiles * tile_edge**dim):
-            tiles[q] = of_node(0.0)
+    @grouped_kernel(real)
+    def scatter_atomic(particles: ParticleArrays, block_of: Array, tiles: Tiles, dt: Real, dx: Real, count: int):
+        for q in range(tiles.n * tile_edge**dim):
+            tiles.nodes[q] = of_node(0.0)
         for p in range(count):
-            scatter_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, tiles,
-                             dt, dx)
+            places = access.places(particles.reals, particles.slot_offset)
+            scatter_particle(p, block_of[p], particles, places, tiles.nodes, dt, dx)
 
     return scatter_atomic

@@ -8,15 +8,17 @@ import functools
 from types import SimpleNamespace
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
 from snowmpm.materials.symmetric import entries
-from snowmpm.mpm.contact.spreading import spreading
+from snowmpm.mpm.contact.spreading import Given, spreading
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.mpm.node import node_mask, node_size, node_vector
+from snowmpm.mpm.transfer.arrays import Tiles
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.arrays import ParticleArrays
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
@@ -31,8 +33,9 @@ def impulse_function(layout, real, inlined):
 
 
 @functools.cache
-def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, serial):
+def scatter_pack_kernel(layout, real, scheme, inlined, serial):
     """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order"""
+    flip, basis, gradient, affine = scheme
     dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     of_node, size, mask = node_vector(real, flip), node_size(flip), node_mask(flip)
@@ -49,25 +52,24 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, se
     entry = entries(dim)
 
     @ti.func
-    def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, material: ti.template(),
-                  materials: ti.template()):
+    def read_pack(pack: ti.template(), first, count, particles: ti.template(), places):
         """Load the particles first .. first + count - 1."""
         for lane in range(count):
             p = first + lane
-            write_lane(pack["x"], lane, access.load(reals, places, p, at["position"], dim))
-            write_lane(pack["v"], lane, access.load(reals, places, p, at["velocity"], dim))
+            write_lane(pack["x"], lane, access.load(particles.reals, places, p, at["position"], dim))
+            write_lane(pack["v"], lane, access.load(particles.reals, places, p, at["velocity"], dim))
             if ti.static(affine):
-                write_lane(pack["C"], lane, access.load(reals, places, p, at["affine"], dim * dim))
-            write_lane(pack["tau"], lane, access.load(reals, places, p, at["stress"], sym_size))
-            volume = access.load(reals, places, p, at["volume"], 1)[0]
+                write_lane(pack["C"], lane, access.load(particles.reals, places, p, at["affine"], dim * dim))
+            write_lane(pack["tau"], lane, access.load(particles.reals, places, p, at["stress"], sym_size))
+            volume = access.load(particles.reals, places, p, at["volume"], 1)[0]
             pack["volume"][0][lane] = volume
-            pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
+            pack["mass"][0][lane] = volume * particles.materials[particles.material[p], DENSITY]
             if ti.static(pulls):
-                write_lane(pack["own"], lane, access.load(reals, places, p, given.at, given.size))
-                pack["ratio"][0][lane] = access.load(reals, places, p, at["volume_ratio"], 1)[0]
+                write_lane(pack["own"], lane, access.load(particles.reals, places, p, given.at, given.size))
+                pack["ratio"][0][lane] = access.load(particles.reals, places, p, at["volume_ratio"], 1)[0]
             if ti.static(layout.mass_at >= 0):
-                pack["mass"][0][lane] += volume * access.load(reals, places, p, layout.mass_at, 1)[0]
-                pack["bulk"][0][lane] = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
+                pack["mass"][0][lane] += volume * access.load(particles.reals, places, p, layout.mass_at, 1)[0]
+                pack["bulk"][0][lane] = volume * access.load(particles.reals, places, p, at["volume_ratio"], 1)[0]
 
     @ti.func
     def prepare_pack(pack: ti.template(), address: ti.template(), vectors: ti.template(), b, dt, dx):
@@ -90,8 +92,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, se
                 beside = pack["bulk"][0][lane]
             if ti.static(pulls):
                 impulse, pull, beside = given.act(impulse, pack["ratio"][0][lane], read_lane(pack["own"], lane), dx)
-            parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse, pull,
-                          beside)
+            mass, velocity = pack["mass"][0][lane], read_lane(pack["v"], lane)
+            parts.prepare(vectors, lane, f, w, dw, ti.static(Given(mass, velocity, C, impulse, pull, beside)))
 
     @ti.func
     def clear_box(tiles: ti.template(), active_nodes: ti.template(), b):
@@ -108,31 +110,28 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, inlined, se
             if left == 0:
                 row, left = row + plane - wide * tile_edge, wide
 
-    @taichi_kernel
-    def scatter_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
-                       materials: ti.types.ndarray(), start: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
-                       tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real, dx: real, n_tiles: int,
-                       chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def scatter_blocks(particles: ParticleArrays, start: Array, tiles: Tiles, dt: Real, dx: Real, chunk_bounds: Array):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
-                places = access.places(reals, slot_offset)
+                places = access.places(particles.reals, particles.slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, blanks = ti.Vector.zero(real, LANES), ti.Vector.zero(real, size * LANES)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 vectors = [blanks for _ in ti.static(range(parts.n_vectors))]
                 address = ti.Vector.zero(ti.i32, LANES)
                 for b in range(begin, end):
-                    clear_box(tiles, active_nodes, b)
+                    clear_box(tiles.nodes, tiles.active_nodes, b)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES
                         count = ti.min(LANES, start[b + 1] - first)
-                        read_pack(pack, first, count, reals, places, material, materials)
+                        read_pack(pack, first, count, particles, places)
                         prepare_pack(pack, address, vectors, b, dt, dx)
                         for lane in range(count):
                             w = ti.Matrix([[pack["w"][k * dim + a][lane] for a in ti.static(range(dim))]
                                            for k in ti.static(range(width))])
-                            parts.spread(tiles, address[lane] & mask, w, vectors, lane)
+                            parts.spread(tiles.nodes, address[lane] & mask, w, vectors, lane)
 
     return scatter_blocks
