@@ -14,3 +14,6 @@ Floats: TypeAlias = NDArray[np.float64]
 
 Numbers: TypeAlias = NDArray[Any]
 """Numbers as a file or a table holds them: of either precision, or whole."""
+
+derived: Any = property
+"""A property in place of an attribute of the base class: who reads it may not set it, which mypy would not allow."""

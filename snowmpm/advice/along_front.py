@@ -45,6 +45,7 @@ def faster(scene, budget=None):
     """`Change` that makes a scene run FASTER with the least measured loss of accuracy. budget: of the scene, if known.
     Raises InputError as `build`."""
     _refuse_unmeasured(scene, "--fast")
+    budget = budget or _budget_of(scene)
     limit, saving = coarsest(scene), _saving(scene, budget)
     tuned = tuned_to_grid(scene)
     allowed = [gain for gain in _table(scene) if gain.move.coarser <= (1.0 if tuned else limit)]
@@ -57,32 +58,35 @@ def faster(scene, budget=None):
         thin = "" if tuned or thinnest(scene) == float("inf") else f": its thinnest part is {thinnest(scene):.3g} m"
         why = f"; on coarser cells {refused}" if refused else thin
         return _unchanged("--fast", f"nothing that was measured makes it faster on this grid{why}", tuned)
-    lines = _said(scene, gain, saving, "--fast")
+    ratio = _ratio(scene, gain.move, saving, budget)
+    lines = _said(scene, gain, ratio, "--fast")
     if refused:
         lines.append(f"no coarser cells: {refused}")
     thin = thinnest(scene)
     if gain.move.coarser > 1.0 and thin < gain.move.coarser * scene.solver.dx:
         lines.append(f"its thinnest part, {thin:.3g} m, is then {thin / (gain.move.coarser * scene.solver.dx):.2g} of a"
                      " cell: what happens in it is smeared over one")
-    if saving(gain.move) > 1.0 / (FASTER * MARGIN):
+    if ratio > 1.0 / (FASTER * MARGIN):
         held = len(allowed) < len(_table(scene))
         lines.append(f"not {FASTER:g} times for sure: its thinnest part is {thin:.3g} m, which a coarser grid would not"
                      " resolve" if held else f"not {FASTER:g} times for sure: frames and calls of kernels stay")
-    return Change(_overrides(scene, gain.move), tuple(lines), saving(gain.move))
+    return Change(_overrides(scene, gain.move), tuple(lines), ratio)
 
 
 def more_accurate(scene, budget=None):
     """`Change` that reduces the typical error to LESS_ERROR of its value, at the least measured cost."""
     _refuse_unmeasured(scene, "--accurate")
+    budget = budget or _budget_of(scene)
     saving, tuned = _saving(scene, budget), tuned_to_grid(scene)
     gains = [gain for gain in _table(scene) if gain.typical < 1.0 and (gain.move.coarser == 1.0 or not tuned)]
     if not gains:
         return _unchanged("--accurate", "nothing that was measured leaves less error", tuned)
     gain = presets.most_accurate(gains, saving)
-    lines = _said(scene, gain, saving, "--accurate")
+    ratio = _ratio(scene, gain.move, saving, budget)
+    lines = _said(scene, gain, ratio, "--accurate")
     if gain.typical > LESS_ERROR:
         lines.append(f"not {LESS_ERROR:g} of the error: nothing that was measured does that for this choice of solver")
-    return Change(_overrides(scene, gain.move), tuple(lines), saving(gain.move))
+    return Change(_overrides(scene, gain.move), tuple(lines), ratio)
 
 
 def _refusal(scene, move):
@@ -134,12 +138,23 @@ def _scheme(chosen, move=None):
     return {name: changed.get(name, chosen[name]) for name in ("kernel", "gradient", "transfer")}
 
 
-def _saving(scene, budget=None):
+def _budget_of(scene):
+    model = build(scene)
+    return SceneFacts(scene, model, model.solver()).budget
+
+
+def _ratio(scene, move, saving, budget):
+    """Expected time after a move over the time before. Where a component shortens the steps, which it does by another
+    law than the grid, it is that of the moved scene itself, whose set-up this takes."""
+    if not budget.facts.solver.workload.shortened:
+        return saving(move)
+    after = _budget_of(with_overrides(scene, _overrides(scene, move)))
+    return (after.total - after.start) / (budget.total - budget.start)
+
+
+def _saving(scene, budget):
     """saving(move): expected time of the run after it over the time before, steps and frames at their measured costs;
     both without the start, which no move shortens."""
-    if budget is None:
-        model = build(scene)
-        budget = SceneFacts(scene, model, model.solver()).budget
 
     def saving(move):
         size = move.coarser**-scene.dimension
@@ -173,13 +188,12 @@ def _overrides(scene, move):
     return changed
 
 
-def _said(scene, gain, saving, option):
+def _said(scene, gain, ratio, option):
     before = {"solver.cfl": round(_step(scene), 3)}
     parts = []
     for key, value in _overrides(scene, gain.move).items():
         was = before.get(key, scene.solver[key.partition(".")[2]])
         parts.append(f"{key} {_text(was)} -> {_text(value)}")
-    ratio = saving(gain.move)
     time = f"{1.0 / ratio:.2g} times faster" if ratio < 1.0 else f"{ratio:.2g} times the time"
     return [f"{option}: {', '.join(parts)}",
             f"expected: {time} once it has started, {presets.in_words(gain.error)} times the error, as measured in"

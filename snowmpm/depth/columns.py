@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.ndimage import maximum_filter
 
+from snowmpm.annotations import derived
 from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
@@ -78,7 +79,7 @@ class Columns(Particles):
             self.cells.from_numpy(np.ascontiguousarray(cells, np.int32))
             self.reals.from_numpy(np.ascontiguousarray(reals, numpy_real))
 
-    @property
+    @derived
     def waiting(self):
         """Columns that may not move yet, the last ones."""
         return self.count - self.flowing

@@ -54,7 +54,8 @@ def gather_kernel(real, law, takes, load, serial):
     `column_load.ColumnLoad`, or None.
     """
     stress, names = law.stress, law.PARAMETERS
-    intake, cover_names = (takes.intake, takes.PARAMETERS) if takes else (None, law.PARAMETERS)
+    intake: Any = takes.intake if takes else None
+    cover_names = takes.PARAMETERS if takes else law.PARAMETERS
     taking = takes is not None
     n_numbers, n_cover = len(names._fields), len(cover_names._fields)
     loaded, parted = load is not None, load is not None and load.sets > 1

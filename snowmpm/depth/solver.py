@@ -181,7 +181,8 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
                     NodeStep(g, grid.dx, options.damping, options.mixing, dt), Tiles(number * grid.n_tiles, *sizes))
             for act in self.adapters.after_scatter:
                 act(dt, dt)
-            load, kind = self._load, type(self._load) if self._load else None
+            load = self._load
+            kind: Any = type(load) if load else None
             gather.gather_kernel(real, self._law, cover.law, kind, self._serial)(
                 columns, nodes, self._ground, cover.arrays, load.numbers if load else self._ground.friction,
                 Segments(bounds, report, store.flowing),

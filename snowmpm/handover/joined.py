@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm.annotations import derived
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.snapshot_probe import SnapshotProbe
 
@@ -45,7 +46,7 @@ class JoinedParticles(Particles):
         first, second = (part.removed for part in self._parts)
         return {name: first.get(name, 0) + second.get(name, 0) for name in {**first, **second}}
 
-    @property
+    @derived
     def removed(self):
         """`Particles.removed` of both, without what went to the other."""
         return {name: value - self.passed[name] for name, value in self._sum().items()}
@@ -54,47 +55,47 @@ class JoinedParticles(Particles):
         """Count what one method gave the other, by name as in `removed`."""
         self.passed = {name: value + amounts.get(name, 0) for name, value in self.passed.items()}
 
-    @property
+    @derived
     def constants(self):
         """Of both."""
         return {**self._parts[0].constants, **self._parts[1].constants}
 
-    @property
+    @derived
     def count(self):
         """How many there are now."""
         return sum(part.count for part in self._parts)
 
-    @property
+    @derived
     def waiting(self):
         """None that are last."""
         return 0
 
-    @property
+    @derived
     def mass(self):
         """Of all [kg]."""
         return sum(part.mass for part in self._parts)
 
-    @property
+    @derived
     def materials(self):
         """Laws as on the finer grid."""
         return self._parts[1].materials
 
-    @property
+    @derived
     def repeats(self):
         """None: refused before."""
         return self._parts[0].repeats
 
-    @property
+    @derived
     def sorts(self):
         """How often the order of the rows changed."""
         return sum(part.sorts for part in self._parts)
 
-    @property
+    @derived
     def bodies(self):
         """Index of the body by number."""
         return self.numbering.bodies
 
-    @property
+    @derived
     def origins(self):
         """Where the snow of each number was at time zero [m]."""
         return self.numbering.origins

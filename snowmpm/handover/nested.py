@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from snowmpm.annotations import derived
 from snowmpm.errors import SimulationError
 from snowmpm.handover.chosen import Chosen
 from snowmpm.handover.filling import filled
@@ -197,18 +198,18 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
     def time(self, value):
         self.outer.time = self.inner.time = value
 
-    @property
+    @derived
     def gravity(self):
         """(3,) [m/s2]"""
         return self.outer.gravity
 
-    @property
+    @derived
     def extremes(self):
         """Those of the particles, with the speed of the fastest of both."""
         speed = self.inner.extremes.speed if self.inner.particles.count else 0.0
         return replace(self.inner.extremes, speed=max(speed, self.outer.extremes.speed))
 
-    @property
+    @derived
     def unconverged(self):
         """Return maps that failed since time zero."""
         return self.inner.unconverged

@@ -233,9 +233,8 @@ class SortedParticles(ParticleStore, Particles):
         line = np.ascontiguousarray((line - self.origin[:-1]) / self.dx, numpy_real)
         with runtime.precision(self.precision):
             hit = np.zeros(1, np.int32)
-            sever_kernel(self.layout, real)(self.block_rows, self.identity, line,
-                                            Cut(radius / self.dx, *numbers, np.array(state, numpy_real)), hit,
-                                            len(self.blocks))
+            cut = Cut(radius / self.dx, numbers[0], numbers[1], np.array(state, numpy_real))
+            sever_kernel(self.layout, real)(self.block_rows, self.identity, line, cut, hit, len(self.blocks))
         return int(hit[0])
 
     def push(self, numbers, gain):

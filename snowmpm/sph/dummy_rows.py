@@ -37,7 +37,7 @@ class Placed(NamedTuple):
     blocks: Array
     pose: Array
     begin: int
-    count: int
+    n: int
 
 
 @dataclass
@@ -159,7 +159,7 @@ def carry_kernel(dim, real):
 
     @grouped_kernel(ti.f64)
     def carry(placed: Placed, dx: Real, first_row: int, frames: Array, rows: RowTables):
-        for q in range(placed.count):
+        for q in range(placed.n):
             k = placed.begin + q
             x, n, arm = ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim)
             for a in ti.static(range(dim)):

@@ -14,6 +14,7 @@ edge; the linear solver looks whether K is. A pressure that depends on place is 
 import numpy as np
 from scipy import sparse
 
+from snowmpm.annotations import derived
 from snowmpm.components.face_loads.faces import OfFaces
 from snowmpm.components.face_loads.from_scene import faces_of
 from snowmpm.implicit.kernel_api import Term, turned
@@ -48,7 +49,7 @@ class FaceTerm(Term):
                 values = face.prescribed(faces.at(face), time)
                 self._acting.append((face, values, there[face.points]))
 
-    @property
+    @derived
     def force(self):
         """Of the last step (dim,) [N]."""
         return self.faces.force

@@ -157,9 +157,10 @@ class Deposit:
         share = 0.0
         if self._time is not None:
             share = -math.expm1(-dt / self._time) if self._time > 0.0 else 1.0
+        nx, ny = grid.shape.tolist()
         lay_kernel(solver.real, solver.shared)(
             store.arrays, solver.nodes,
-            Ground(solver.bed.table, solver.bed.stride, *grid.shape.tolist(), self._detrainment, self.laid), sums,
+            Ground(solver.bed.table, solver.bed.stride, nx, ny, self._detrainment, self.laid), sums,
             Step(dt, grid.dx, -float(solver.gravity[2]), share, LEAST_SHARE * solver.unit, store.flowing))
         self._any |= sums[MASS] > 0.0
         return sums

@@ -7,6 +7,9 @@ from typing import Any
 from snowmpm.compiler import ti
 from snowmpm.ground.law import FrictionLaw
 
+named: Any = namedtuple
+"""Of fields that are known when the program runs only."""
+
 
 @functools.cache
 def with_drag(law: type[FrictionLaw]) -> Any:
@@ -15,12 +18,13 @@ def with_drag(law: type[FrictionLaw]) -> Any:
 
     c = g/xi adds the turbulent friction of Voellmy's law, xi [m/s2]; it is c_resH of com1DFA, with 0.01 as its default.
     """
-    own, fields = law.stress, law.PARAMETERS._fields
+    own: Any = law.stress
+    fields = law.PARAMETERS._fields
 
     class WithDrag:
         """What kernels ask of a law of friction."""
 
-        PARAMETERS = namedtuple("PARAMETERS", [*fields, "forest_drag"])
+        PARAMETERS = named("PARAMETERS", [*fields, "forest_drag"])
         WEAKENS = law.WEAKENS
 
         @staticmethod

@@ -5,11 +5,12 @@ import functools
 import numpy as np
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.components.interface_layer.column import COLUMN
 from snowmpm.materials.symmetric import entries
+from snowmpm.particles.arrays import BlockRows
 from snowmpm.particles.store import accessors
 
 
@@ -18,22 +19,21 @@ def impulse_kernel(layout, real, serial):
     """Kernel that adds up -dt V tau b / J of all points (`.column`), block by block."""
     dim, access, at, entry = layout.dim, accessors(layout), layout.offsets, entries(layout.dim)
 
-    @taichi_kernel
-    def add_up(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), chunk_bounds: ti.types.ndarray(),
-               part: ti.types.ndarray(), total: ti.types.ndarray(), dt: real, n_blocks: int):
+    @grouped_kernel(real)
+    def add_up(rows: BlockRows, chunk_bounds: Array, part: Array, total: Array, dt: Real, n_blocks: int):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
-                places = access.places(reals, slot_offset)
+                places = access.places(rows.reals, rows.slot_offset)
                 for n in range(first, last):
                     found = ti.Vector.zero(ti.f64, dim)
-                    for p in range(start[n], start[n + 1]):
-                        rate = access.load(reals, places, p, at[COLUMN], dim)
+                    for p in range(rows.start[n], rows.start[n + 1]):
+                        rate = access.load(rows.reals, places, p, at[COLUMN], dim)
                         if rate.norm_sqr() > 0.0:
-                            tau = access.load(reals, places, p, at["stress"], layout.sym_size)
-                            volume = access.load(reals, places, p, at["volume"], 1)[0]
-                            share = -dt * volume / access.load(reals, places, p, at["volume_ratio"], 1)[0]
+                            tau = access.load(rows.reals, places, p, at["stress"], layout.sym_size)
+                            volume = access.load(rows.reals, places, p, at["volume"], 1)[0]
+                            share = -dt * volume / access.load(rows.reals, places, p, at["volume_ratio"], 1)[0]
                             for a in ti.static(range(dim)):
                                 for c in ti.static(range(dim)):
                                     found[a] += ti.cast(share * tau[entry[a][c]] * rate[c], ti.f64)
@@ -59,6 +59,5 @@ class LayerImpulse:
         store, total = self._store, np.zeros(self._store.dim)
         if self._part is None or self._part.shape[0] < max(1, len(store.blocks)):
             self._part = ti.ndarray(ti.f64, (int(1.25 * len(store.blocks)) + 8, store.dim))
-        self._add_up(store.reals, store.slot_offset, store.start, store.chunk_bounds, self._part, total, dt,
-                     len(store.blocks))
+        self._add_up(store.block_rows, store.chunk_bounds, self._part, total, dt, len(store.blocks))
         return total

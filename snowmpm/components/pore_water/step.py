@@ -25,6 +25,7 @@ project within the step.
 
 import numpy as np
 
+from snowmpm.annotations import derived
 from snowmpm.compiler import runtime
 from snowmpm.components.pore_water.flow import seep
 from snowmpm.components.pore_water.outlets import SURFACE
@@ -58,7 +59,7 @@ class FilledPores(WaterAdapter):
         super().__init__()
         self.fluid, self.permeability, self.outlets = fluid, permeability, outlets
 
-    @property
+    @derived
     def density(self):
         """Of water [kg/m3]."""
         return self.fluid.density

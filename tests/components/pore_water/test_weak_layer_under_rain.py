@@ -1,15 +1,14 @@
 """Rain that percolates to a weak layer: the slab slides once water takes the cohesion there, and not before."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
 from snowmpm.water.permeability import Calonne, relative_permeability
+from tests.support.project import ROOT
 
-SCENE = Path(__file__).parents[2] / "docs" / "rain_on_slope.toml"
+SCENE = ROOT / "docs" / "rain_on_slope.toml"
 RATE, START, RESIDUAL, DENSITY = 16.0, 0.5, 0.07, 350.0
 LAYERS = (("base", 0.0, 0.2), ("weak", 0.2, 0.4), ("slab", 0.4, 0.6))
 END = 5.0

@@ -1,15 +1,14 @@
 """Water through a dam of rockfill (P9): what runs off is what comes in, and the surface stands where Dupuit has it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
+from tests.support.project import ROOT
 
-SCENE = Path(__file__).parents[2] / "docs" / "rockfill_dam.toml"
+SCENE = ROOT / "docs" / "rockfill_dam.toml"
 FLOW = 24.46e-3 / 2.46
 POROSITY, STONE, PERMEABILITY = 1.0 - 1546.5 / 2600.0, 0.03504, 1.539e-6
 FOOT, SLOPE = 3.2, 1.5
