@@ -78,11 +78,8 @@ def untyped_errors():
     return int(found[1]) if found else 0
 
 
-def main():
-    words = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    words.add_argument("--where", action="store_true", help="also where each count comes from")
-    words.add_argument("--types", action="store_true", help="also mypy's errors")
-    asked = words.parse_args()
+def measured():
+    """Rows (what, how much, what it must be), the files that read by name, wide functions, members of Method."""
     texts = sources()
     trees = {path: ast.parse(text) for path, text in texts.items()}
     reads, wide = Counter(), []
@@ -100,8 +97,7 @@ def main():
             ("statements", sum(map(statements, trees.values())), "in proportion"),
             ("members of Method", f"{len(functions)} + {len(attributes)}", "about 10"),
             ("getattr, hasattr", sum(reads.values()), "40"),
-            (f"functions of more than {MOST_ARGUMENTS} arguments", len(wide), "formulas and measured kernels"),
-            *([("errors of mypy --check-untyped-defs", untyped_errors(), "0")] if asked.types else [])]
+            (f"functions of more than {MOST_ARGUMENTS} arguments", len(wide), "formulas and measured kernels")]
     components = names()
     for name in components:
         own = f"snowmpm/components/{name}/"
@@ -109,12 +105,23 @@ def main():
         outside = [path for path, text in texts.items()
                    if name in text and not path.startswith((own, *above)) and named_in(text, name)]
         rows.append((f"files that name {name}, a component", len(outside), "1"))
+    return rows, reads, sorted(wide, reverse=True), [*functions, *attributes]
+
+
+def main():
+    words = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    words.add_argument("--where", action="store_true", help="also where each count comes from")
+    words.add_argument("--types", action="store_true", help="also mypy's errors")
+    asked = words.parse_args()
+    rows, reads, wide, of_method = measured()
+    if asked.types:
+        rows.append(("errors of mypy --check-untyped-defs", untyped_errors(), "0"))
     for name, value, target in rows:
         print(f"{name:<58} {value!s:>8}   must be {target}")
     if asked.where:
         print("\ngetattr and hasattr:", *(f"  {count} {path}" for path, count in reads.most_common()), sep="\n")
-        print("\narguments:", *(f"  {count} {where}" for count, where in sorted(wide, reverse=True)), sep="\n")
-        print("\nMethod:", ", ".join([*functions, *attributes]))
+        print("\narguments:", *(f"  {count} {where}" for count, where in wide), sep="\n")
+        print("\nMethod:", ", ".join(of_method))
 
 
 if __name__ == "__main__":
