@@ -187,6 +187,17 @@ def test_tests_and_scripts_that_a_guide_names_exist(guide):
     assert [place for place in re.findall(r"\b(tests/[\w/]+\.py)\b", text) if not (ROOT / place).exists()] == []
 
 
+def test_the_first_page_is_short():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert text.count("\n") <= 120 and len(text.encode()) <= 9_000
+
+
+def test_the_index_names_every_guide():
+    text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert [path.name for path in sorted((ROOT / "docs").glob("*.md"))
+            if path.name != "index.md" and f"({path.name})" not in text] == []
+
+
 SMALLER = {'{"solver.dx": 0.1, "end_time": 2.0}': '{"solver.dx": 0.2, "end_time": 0.05, "initial.stress": "geostatic"}',
            "sim.time < 1.2": "sim.time < 0.02"}
 """What is changed of the guide's Python for a quick test."""
@@ -197,9 +208,11 @@ def test_python_of_the_guide_runs_as_it_stands(smaller, tmp_path, monkeypatch, c
     """From top to bottom in an empty folder; the numbers that it promises in its comments come out."""
     pytest.importorskip("xarray")
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     assert len(blocks) == 3
+    first = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+    assert set(first.split("\n")) <= set(blocks[0].split("\n"))
     for old, new in smaller.items():
         assert any(old in block for block in blocks)
         blocks = [block.replace(old, new) for block in blocks]
@@ -267,9 +280,9 @@ def figures(name):
         return list(csv.DictReader(file))
 
 
-def test_speeds_of_the_readme_are_those_of_the_tables():
+def test_speeds_of_the_guide_are_those_of_the_tables():
     """Nanoseconds of a step by its parts, and of the stress update: rounded, or the least where that is said."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "step_times.md").read_text(encoding="utf-8")
     steps = {(row["case"], row["precision"], row["basis"], row["gradient"]): row for row in figures("mpm_step.csv")
              if (row["threads"], row["transfer"]) == ("1", "apic") and 249e3 < float(row["particles"]) < 251e3}
     told = {"3-D, cohesive Cam-Clay, half yielding": ("half3", "affine"),

@@ -38,7 +38,7 @@ def of(model, key):
 
 
 SAID = {
-    "README.md": [(r"a line to stderr every (ten)\s+seconds", lambda: fresh(watch, "LINE_INTERVAL"))],
+    "docs/unattended.md": [(r"a line to stderr every (ten)\s+seconds", lambda: fresh(watch, "LINE_INTERVAL"))],
     "docs/depth_averaged.md": [
         (r"`solver.depth.damping` .*\| ([\d.]+) \|", lambda: of(Depth, "damping")),
         (r"`solver.depth.mixing` .*\| ([\d.]+) \|", lambda: of(Depth, "mixing")),
