@@ -133,14 +133,11 @@ def kernels(layout, basis, flip):
             impulse = (-dt / dx * pack["volume"][0][lane]) * tau
             if ti.static(compact):
                 impulse = impulse @ read_matrix_lane(pack["inverse"], lane)
-            f, none = read_lane(pack["f"], lane), ti.Vector.zero(REAL, DIM)
-            mass, zero = DENSITY * pack["volume"][0][lane], ti.cast(0.0, REAL)
+            f, velocity = read_lane(pack["f"], lane), read_lane(pack["v"], lane)
+            mass, none, zero = DENSITY * pack["volume"][0][lane], ti.Vector.zero(REAL, DIM), ti.cast(0.0, REAL)
             for g in ti.static(range(n_grids)):
-                place = f
-                if ti.static(g == 1):
-                    place = ti.select(f < 0.5, f + 0.5, f - 0.5)
-                w = weights_of(pack, g, lane)
-                velocity, C = read_lane(pack["v"], lane), dx * read_matrix_lane(pack["C"], lane)
+                place = ti.select(f < 0.5, f + 0.5, f - 0.5) if ti.static(g == 1) else f
+                w, C = weights_of(pack, g, lane), dx * read_matrix_lane(pack["C"], lane)
                 parts.prepare(vectors[g * n_vectors : (g + 1) * n_vectors], lane, place, w, w,
                               ti.static(Given(mass, velocity, C, impulse, none, zero)))
 

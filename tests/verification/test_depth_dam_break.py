@@ -85,17 +85,22 @@ def test_front_of_usual_columns(case, profiles):
     assert abs(front_error(dam, profiles(dam, 0.025, 1.0, rear), 1.0, threshold)) < 0.01
 
 
+LONE = {("D2", 0.025): 0.167, ("22 degrees", 0.05): -0.119, ("22 degrees", 0.025): 0.050}
+"""Fronts of usual columns that a single column makes, whose place round-off decides: what they are on an AMD EPYC. The
+table has those of an Intel Xeon."""
+
+
 @pytest.mark.parametrize(("case", "usual", "narrow"), [
     ("D2", (-0.116, 0.026, 0.149), (-0.025, -0.015, -0.008)),
     ("30 degrees", (-0.084, -0.004, 0.110), (-0.039, -0.018, -0.008)),
     ("22 degrees", (-0.214, -0.084, 0.056), (-0.082, -0.028, -0.010))])
 def test_fronts_of_the_guide(case, usual, narrow, profiles):
-    """The table of docs/depth_averaged.md; what it rounds to per cent. Fronts of usual columns are those of lone ones,
-    and on another processor were up to 0.035 elsewhere."""
+    """The table of docs/depth_averaged.md; what it rounds to per cent. `LONE` fronts move with the processor."""
     dam, rear, threshold = USUAL[case]
     for dx, errors in zip((0.1, 0.05, 0.025), zip(usual, narrow, strict=True), strict=True):
         found = [front_error(dam, profiles(dam, dx, 1.0, rear, **keys), 1.0, threshold) for keys in ({}, NARROW)]
-        assert found[0] == pytest.approx(errors[0], abs=0.04), dx
+        usual_front = min(errors[0], LONE.get((case, dx), errors[0]), key=lambda front: abs(found[0] - front))
+        assert found[0] == pytest.approx(usual_front, abs=0.006), dx
         assert found[1] == pytest.approx(errors[1], abs=0.006), dx
 
 
