@@ -17,7 +17,7 @@ from snowmpm.quantities.quantity import written
 from snowmpm.quantities.resolution import rounded
 from snowmpm.scenes.friction import BY_VOLUME, ByVolume
 from snowmpm.scenes.messages import describe, shown
-from snowmpm.scenes.spec import Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import Number, Spec, refuse
 from snowmpm.scenes.toml import parse
 
 FOLDER = Path(__file__).parent / "library" / "friction"
@@ -51,12 +51,8 @@ class FrictionCard(Spec):
     """of the release [m3]"""
     runout_altitude: Band = Band()
     """where the flow comes to rest [m above sea level]"""
-    altitude: Band = Band()
-    """of the ground it holds on [m above sea level]"""
     any_volume_above: Number | None = None
     """run-out altitude from which the volume does not matter [m above sea level]"""
-    return_period: Positive | None = None
-    """of the event [years]"""
     friction: GroundLaw | None = None
     """the law"""
     classes: tuple[str, ...] = ()
@@ -85,10 +81,6 @@ class FrictionCard(Spec):
         if lowest is not None and lowest not in self.runout_altitude:
             rests = "the flow rests at" if runout_altitude is not None else "no ground lies below"
             found.append(f"{rests} {lowest:.0f} m, and the class is for a run-out {self.runout_altitude.said('m')}")
-        band = self.altitude
-        if ground is not None and (ground[0] not in Band(least=band.least) or ground[1] not in Band(below=band.below)):
-            found.append(f"the ground reaches from {ground[0]:.0f} to {ground[1]:.0f} m, and the class holds"
-                         f" {band.said('m')}")
         return found
 
 

@@ -58,7 +58,7 @@ def test_what_is_not_a_switch(switch, says, tmp_path):
 
 def test_a_scene_with_switches_comes_back_from_its_text(tmp_path):
     """Resolved and read again: the same, with the numbers of a friction card; a scene without has no word of it."""
-    one = scene(switch={"friction": {"card": "ramms_s300_open_above_1000"}})
+    one = scene(switch={"friction": {"card": "voellmy_buser_frutiger"}})
     (tmp_path / "one.toml").write_text(one.to_toml())
     again = load_scene(tmp_path / "one.toml")
     assert again.switch == one.switch and again.switch[0].friction.xi > 0.0

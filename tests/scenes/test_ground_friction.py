@@ -221,14 +221,6 @@ NUMBERS = {
     "voellmy_buser_frutiger": ("voellmy", {"mu": 0.155, "xi": 1120.0}),
     "voellmy_buser_frutiger_extreme": ("voellmy", {"mu": 0.16, "xi": 1360.0}),
     "voellmy_martinelli_dry": ("voellmy", {"mu": 0.15, "xi": 0.5 * (1200.0 + 1600.0)}),
-    # recovered from published rasters
-    "ramms_s300_open_above_1000": ("voellmy", {"mu": 0.195, "xi": 2000.0}),
-    "ramms_s300_open_below_1000": ("voellmy", {"mu": 0.21, "xi": 2000.0}),
-    "ramms_s300_channelled_above_1000": ("voellmy", {"mu": 0.25, "xi": 1500.0}),
-    "ramms_s300_channelled_below_1000": ("voellmy", {"mu": 0.27, "xi": 1500.0}),
-    "ramms_s300_gully_above_1000": ("voellmy", {"mu": 0.32, "xi": 1200.0}),
-    "ramms_s300_gully_below_1000": ("voellmy", {"mu": 0.33, "xi": 1200.0}),
-    "ramms_s300_flat_below_1000": ("voellmy", {"mu": 0.19, "xi": 2000.0}),
 }
 
 
@@ -271,11 +263,6 @@ def test_validity_of_a_class():
                                                           " below 1600 m"]
     assert large.doubts(1e5, 1000.0) == [] and len(large.doubts(1e4, 1000.0)) == 1
     assert large.doubts(1e4, 1700.0) == []  # above 1600 m it is the class of every volume
-    below = friction_card("ramms_s300_open_below_1000")
-    assert below.doubts(ground=(300.0, 900.0)) == []
-    assert below.doubts(ground=(300.0, 1400.0)) == ["the ground reaches from 300 to 1400 m, and the class holds below"
-                                                    " 1000 m"]
-    assert len(friction_card("ramms_s300_open_above_1000").doubts(ground=(300.0, 1400.0))) == 1
 
 
 def test_check_warns_of_a_class_that_does_not_fit(written):
