@@ -56,11 +56,16 @@ class AnticrackCamClay(CriticalStateLaw):
     )
     BONDS: ClassVar[int] = 1
     kind: Literal["anticrack_cam_clay"] = "anticrack_cam_clay"
-    hardening: Annotated[HardeningRate, Field(gt=0.0)]  # ξ [-]
-    hardening_law: Literal["sinh"] = "sinh"  # bonds are used up at ζ = 0, which an exponential never reaches
-    cohesion: Annotated[float, Field(ge=0.0, le=1.0)]  # β [-]
-    softening: Positive  # α [-]
-    reference_thickness: Positive | None = None  # t, of the layer that collapses as one [m]; none: as given on any grid
+    hardening: Annotated[HardeningRate, Field(gt=0.0)]
+    """rate ξ of hardening, of `p0` with plastic compaction [-]"""
+    hardening_law: Literal["sinh"] = "sinh"
+    """bonds are used up at a finite plastic strain, which an exponential law never reaches"""
+    cohesion: Annotated[float, Field(ge=0.0, le=1.0)]
+    """β: tensile over compressive strength of the intact layer [-]"""
+    softening: Positive
+    """α: how fast plastic deformation breaks the bonds [-]"""
+    reference_thickness: Positive | None = None
+    """t of the layer that collapses as one [m]; when missing, the softening is as given on any grid"""
 
     @property
     def beta(self) -> float:

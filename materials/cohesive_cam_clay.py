@@ -28,7 +28,8 @@ class CohesiveCamClay(CriticalStateLaw):
     """
 
     kind: Literal["cohesive_cam_clay"] = "cohesive_cam_clay"
-    cohesion: Annotated[float, Field(ge=0.0, le=1.0)]  # β [-]
+    cohesion: Annotated[float, Field(ge=0.0, le=1.0)]
+    """β: isotropic tensile over compressive strength [-]"""
 
     @property
     def beta(self) -> float:

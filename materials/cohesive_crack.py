@@ -65,14 +65,22 @@ class CohesiveCrack(Law):
     BONDS: ClassVar[int] = DAMAGE
 
     kind: Literal["cohesive_crack"] = "cohesive_crack"
-    strength: Positive  # f_t [Pa]
-    fracture_energy: Positive  # G_f [J/m²]
-    shear_ratio: Positive = 1.0  # β [-]
-    friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0  # of the faces of a crack [deg]
-    length: Positive | None = None  # H [m]; none: the solver's cell or spacing
-    cracks: Literal[1, 2] = 1  # how many a particle may have
-    reset: bool = False  # whether a crack without cohesion makes way for the next
-    bulk: Bulk | None = None  # the law around the cracks; none: elastic
+    strength: Positive
+    """tensile strength f_t, at which a crack begins [Pa]"""
+    fracture_energy: Positive
+    """G_f: energy to open a crack, per area of it [J/m2]"""
+    shear_ratio: Positive = 1.0
+    """β: strength in shear over that in tension [-]"""
+    friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0
+    """of the faces of a crack on each other [degrees]"""
+    length: Positive | None = None
+    """H, over which a crack is spread [m]; the solver's cell or particle spacing when missing"""
+    cracks: Literal[1, 2] = 1
+    """how many cracks a particle may have at a time"""
+    reset: bool = False
+    """whether a crack without cohesion makes way for the next one"""
+    bulk: Bulk | None = None
+    """the law around the cracks; elastic when missing"""
 
     @property
     def update(self) -> Any:

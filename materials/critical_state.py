@@ -212,12 +212,19 @@ class CriticalStateLaw(Law):
     )
     OUTPUTS: ClassVar[dict[str, str]] = {"p0": "Pa", "damage": "-"}
 
-    critical_slope: Positive  # M, q/p at critical state for β = 0 [-]
-    hardening: HardeningRate  # ξ [-]
-    p0: NonNegative  # initial p₀ [Pa]
+    critical_slope: Positive
+    """M: q/p in the critical state without cohesion [-]"""
+    hardening: HardeningRate
+    """rate ξ of hardening, of `p0` with plastic compaction [-]"""
+    p0: NonNegative
+    """isotropic yield pressure at the start [Pa]"""
     hardening_law: HardeningKind = "sinh"
+    """sinh: of snow, parts without bonds at zero compaction; exponential: the classical law of clays"""
     return_map: Literal["implicit", "frozen", "substepped"] = "implicit"
-    substep_tolerance: Positive = 1e-4  # error of a substep, of p₀ [-]
+    """implicit: backward Euler; frozen: on the yield surface of the step's start, for comparison; substepped: explicit
+    substeps with control of their error"""
+    substep_tolerance: Positive = 1e-4
+    """substepped: error of a substep, of p0 [-]"""
 
     @property
     def update(self) -> Any:

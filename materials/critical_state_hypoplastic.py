@@ -88,13 +88,20 @@ class CriticalStateHypoplastic(RateLaw):
 
     kind: Literal["critical_state_hypoplastic"] = "critical_state_hypoplastic"
 
-    void_ratio: Positive  # initial e [-], that of `density`
-    least_void_ratio: NonNegative  # e_min [-]
-    critical_void_ratio_limit: Positive  # p₁ [-]
-    critical_void_ratio_drop: NonNegative  # p₂ [-]
-    pressure_scale: Positive = 1e7  # −1/p₃ [Pa]
-    density_effect: NonNegative = Field(le=0.4)  # −q₂ [-]
-    density_effect_scale: Positive = 1e7  # −1/q₃ [Pa]
+    void_ratio: Positive
+    """at the start, that of `density` [-]"""
+    least_void_ratio: NonNegative
+    """e_min, of the densest packing [-]"""
+    critical_void_ratio_limit: Positive
+    """p₁: critical void ratio at high pressure [-]"""
+    critical_void_ratio_drop: NonNegative
+    """p₂: by how much the critical void ratio is higher without pressure [-]"""
+    pressure_scale: Positive = 1e7
+    """−1/p₃: pressure over which the critical void ratio falls [Pa]"""
+    density_effect: NonNegative = Field(le=0.4)
+    """−q₂: effect of density on strength without pressure [-]"""
+    density_effect_scale: Positive = 1e7
+    """−1/q₃: pressure over which that effect fades [Pa]"""
 
     update = staticmethod(rate_update(critical_state_rate))
     stiffness = staticmethod(rate_stiffness(critical_state_modulus))

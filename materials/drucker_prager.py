@@ -161,12 +161,18 @@ class DruckerPrager(Law):
 
     BONDS: ClassVar[int] = 0
     kind: Literal["drucker_prager"] = "drucker_prager"
-    friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]  # φ [deg]
-    dilation_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0  # ψ [deg]
-    cohesion: NonNegative = 0.0  # Coulomb's c [Pa]
+    friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]
+    """φ [degrees]"""
+    dilation_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0
+    """ψ, at most the friction angle [degrees]"""
+    cohesion: NonNegative = 0.0
+    """c of Coulomb's line [Pa]"""
     cone: Cone = "triaxial_compression"
-    softening_strain: Positive | None = None  # κ_c [-]; none: the cohesion stays
-    residual_cohesion: NonNegative = 0.0  # c_r [Pa], what softening leaves
+    """where the cone touches Mohr-Coulomb's pyramid; plane_strain: the same limit load in plane strain"""
+    softening_strain: Positive | None = None
+    """κ_c: plastic strain over which the cohesion falls to a share 1/e [-]; it stays when missing"""
+    residual_cohesion: NonNegative = 0.0
+    """c_r, which softening leaves [Pa]"""
 
     update = staticmethod(drucker_prager_update(GENERAL))
     vector_update = staticmethod(drucker_prager_update(STRAIGHT))

@@ -87,14 +87,22 @@ class RateLaw(Law):
     STORED: ClassVar[Literal["strain", "stress"]] = "stress"
     DISSIPATIVE: ClassVar[bool] = False
 
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]  # ν_i [-]
-    friction_angle: Annotated[float, Field(ge=JAMMED_ANGLE, lt=60.0)]  # φ in triaxial compression [deg]
-    dilation_angle: Annotated[float, Field(gt=-30.0, lt=30.0)] = 0.0  # ψ there [deg]
-    cohesion: NonNegative = 0.0  # Coulomb's c [Pa]
-    reference_pressure: Positive = 1e5  # σ₃ of the test [Pa]
-    void_ratio: Positive = 0.7  # initial e [-], that of `density`
-    pressure_floor: Positive = 1.0  # [Pa]
-    tolerance: Positive = 1e-5  # of a sub-step [-]
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
+    """ν_i, at the begin of the triaxial test [-]"""
+    friction_angle: Annotated[float, Field(ge=JAMMED_ANGLE, lt=60.0)]
+    """φ in triaxial compression [degrees]"""
+    dilation_angle: Annotated[float, Field(gt=-30.0, lt=30.0)] = 0.0
+    """ψ at failure in triaxial compression [degrees]"""
+    cohesion: NonNegative = 0.0
+    """c of Coulomb's line [Pa]"""
+    reference_pressure: Positive = 1e5
+    """σ₃: lateral pressure of the triaxial test [Pa]"""
+    void_ratio: Positive = 0.7
+    """at the start, that of `density` [-]"""
+    pressure_floor: Positive = 1.0
+    """least pressure of the rate equation [Pa]"""
+    tolerance: Positive = 1e-5
+    """error of the stress that a substep may add [-]"""
 
     @staticmethod
     def terms(stress: Array, rate: Array) -> Array:

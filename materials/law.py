@@ -63,7 +63,7 @@ class Law(Keyed, BaseModel):
     numbers arrive at run time: changing a parameter compiles nothing.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True)
 
     REGISTRIES: ClassVar = (LAWS,)
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
@@ -81,14 +81,22 @@ class Law(Keyed, BaseModel):
     YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
     RATE_DEPENDENT: ClassVar[bool] = False  # True where `update` reads dt
 
-    density: Positive  # ρ₀ [kg/m³]
-    youngs_modulus: Positive  # E [Pa]
-    poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
-    grain_diameter: Positive | None = None  # d [m]: for the inertial number of the output; `mu_i` also works with it
-    grain_density: Positive | None = None  # ρ_s [kg/m³], of the grains themselves
-    card: str | None = None  # name of the material card whose numbers they are
-    began_with: str | None = None  # name of the card that they began with, where some were changed
-    card_source: str | None = None  # what a card of one's own says of the origin of its numbers
+    density: Positive
+    """ρ₀, at the start [kg/m3]"""
+    youngs_modulus: Positive
+    """E [Pa]"""
+    poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]
+    """ν [-]"""
+    grain_diameter: Positive | None = None
+    """d, for the inertial number of the output [m]"""
+    grain_density: Positive | None = None
+    """ρ_s, of the grains themselves [kg/m3]"""
+    card: str | None = None
+    """name of the material card whose numbers these are"""
+    began_with: str | None = None
+    """name of the card from which the numbers began, where some were changed"""
+    card_source: str | None = None
+    """what a card of one's own says about the origin of its numbers"""
 
     if TYPE_CHECKING:  # of every law, its own
 

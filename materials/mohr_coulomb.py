@@ -146,9 +146,12 @@ class MohrCoulomb(Law):
     OUTPUTS: ClassVar[dict[str, str]] = {"plastic_strain": "-", "gap": "-"}
 
     kind: Literal["mohr_coulomb"] = "mohr_coulomb"
-    friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]  # φ [deg]
-    dilation_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0  # ψ [deg]
-    cohesion: NonNegative = 0.0  # c [Pa]
+    friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]
+    """φ; 0 is Tresca's law [degrees]"""
+    dilation_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0
+    """ψ, at most the friction angle [degrees]"""
+    cohesion: NonNegative = 0.0
+    """c of Coulomb's line [Pa]"""
 
     update = staticmethod(mohr_coulomb_update)
 

@@ -101,11 +101,16 @@ class MuI(Law):
     OUTPUTS: ClassVar[dict[str, str]] = {"plastic_strain": "-", "gap": "-", "shear_rate": "1/s"}
 
     kind: Literal["mu_i"] = "mu_i"
-    static_friction: Positive  # μ_s [-]
-    limit_friction: Positive  # μ₂ [-]
-    inertial_number: Positive = 0.279  # I₀ [-]
-    grain_diameter: Positive  # d [m]
-    grain_density: Positive  # ρ_s [kg/m³]
+    static_friction: Positive
+    """μ_s: coefficient of friction at rest [-]"""
+    limit_friction: Positive
+    """μ₂: coefficient of friction in the limit of fast shear [-]"""
+    inertial_number: Positive = 0.279
+    """I₀, at which half of the rise from μ_s to μ₂ is reached [-]"""
+    grain_diameter: Positive
+    """d [m]"""
+    grain_density: Positive
+    """ρ_s, of the grains themselves [kg/m3]"""
 
     RATE_DEPENDENT: ClassVar[bool] = True
 

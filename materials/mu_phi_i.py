@@ -178,9 +178,12 @@ class MuPhiI(MuI):
     OUTPUTS: ClassVar[dict[str, str]] = {"plastic_strain": "-", "gap": "-", "shear_rate": "1/s", "solid_fraction": "-"}
 
     kind: Literal["mu_phi_i"] = "mu_phi_i"  # type: ignore[assignment]
-    densest_fraction: Fraction = 0.6  # φ_max [-]: in slow flow
-    loosest_fraction: Fraction = 0.5  # φ_min [-]: at I = 1
-    dilatancy: Positive = 4.09  # K₃ [-]
+    densest_fraction: Fraction = 0.6
+    """φ_max: solid fraction in slow flow [-]"""
+    loosest_fraction: Fraction = 0.5
+    """φ_min: solid fraction at I = 1 [-]"""
+    dilatancy: Positive = 4.09
+    """K₃: tangent of the dilation angle per excess of solid fraction [-]"""
 
     update = staticmethod(mu_phi_i_update(GENERAL))
 

@@ -152,10 +152,14 @@ class SofteningCone(DruckerPrager):
     OF_COMPONENTS: ClassVar[tuple[str, ...]] = ("nonlocal_length",)
 
     kind: Literal["softening_cone"] = "softening_cone"  # type: ignore[assignment]
-    residual_friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]  # φ_r [deg]
-    softening_strain: Positive  # κ_c [-]
-    dilation_strain: Positive | None = None  # κ_ψ [-]; none: dilation stays
-    nonlocal_length: Positive | None = None  # l [m], over which plastic strain is averaged; none: strength is local
+    residual_friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]
+    """φ_r, which softening leaves [degrees]"""
+    softening_strain: Positive
+    """κ_c: plastic strain over which a share 1/e is left of what friction and cohesion lose [-]"""
+    dilation_strain: Positive | None = None
+    """κ_ψ: plastic strain over which dilation falls to a share 1/e [-]; it stays when missing"""
+    nonlocal_length: Positive | None = None
+    """l, over which plastic strain is averaged [m]; strength is local when missing"""
 
     update = staticmethod(cone_update(GENERAL, softening_cone_return))
 

@@ -181,10 +181,14 @@ class SolidToGas(CriticalStateHypoplastic):
     }  # fmt: skip
     RATE_DEPENDENT: ClassVar[bool] = True
 
-    cohesion: Annotated[float, Field(ge=0.0, le=0.0)] = 0.0  # none: colliding grains do not stick
-    collision_time: NonNegative  # |A| [s]
-    constant_share: NonNegative = 0.5  # m₁ [-]
-    square_share: NonNegative = 1e-3  # m₂ [s²]
+    cohesion: Annotated[float, Field(ge=0.0, le=0.0)] = 0.0
+    """none: colliding grains do not stick [Pa]"""
+    collision_time: NonNegative
+    """|A|: scale of the collisional stress [s]"""
+    constant_share: NonNegative = 0.5
+    """m₁ [-]"""
+    square_share: NonNegative = 1e-3
+    """m₂ [s2]"""
 
     _spacing: float = PrivateAttr(default=np.inf)
 

@@ -192,10 +192,14 @@ class StomakhinSnow(Law):
     update = staticmethod(stomakhin_update)
     stiffness = staticmethod(stomakhin_stiffness)
 
-    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]  # ν [-]
-    hardening: NonNegative  # ξ [-]
-    critical_compression: Annotated[Positive, Field(le=0.2)]  # θ_c [-]
-    critical_stretch: Annotated[Positive, Field(lt=1.0)]  # θ_s [-]
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
+    """ν [-]"""
+    hardening: NonNegative
+    """ξ: exponent of hardening with compaction [-]"""
+    critical_compression: Annotated[Positive, Field(le=0.2)]
+    """θ_c: principal compression at which snow yields [-]"""
+    critical_stretch: Annotated[Positive, Field(lt=1.0)]
+    """θ_s: principal stretch at which snow yields [-]"""
 
     @property
     def lame_modulus(self) -> float:

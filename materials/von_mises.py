@@ -68,8 +68,10 @@ class VonMises(Law):
     OUTPUTS: ClassVar[dict[str, str]] = {"plastic_strain": "-"}
 
     kind: Literal["von_mises"] = "von_mises"
-    yield_stress: Positive  # σ_y [Pa]
-    hardening_modulus: NonNegative = 0.0  # H [Pa]
+    yield_stress: Positive
+    """σ_y, at the start [Pa]"""
+    hardening_modulus: NonNegative = 0.0
+    """H: rise of the yield stress with plastic strain [Pa]"""
 
     update = staticmethod(von_mises_update(GENERAL))
     vector_update = staticmethod(von_mises_update(STRAIGHT))

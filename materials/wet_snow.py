@@ -72,8 +72,10 @@ class WetSnow(DruckerPrager):
 
     STATE: ClassVar[tuple[StateVariable, ...]] = (PLASTIC_STRAIN, GAP, LIQUID_WATER)
     kind: Literal["wet_snow"] = "wet_snow"  # type: ignore[assignment]
-    water_weakening: Annotated[float, Field(ge=0.0, le=1000.0)]  # a: 23.5 halves the cohesion at θ = 3 % [-]
-    liquid_water: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # θ of a scene without water in the pores [-]
+    water_weakening: Annotated[float, Field(ge=0.0, le=1000.0)]
+    """a of the fall of cohesion with water; 23.5 halves it at a content of 3 % [-]"""
+    liquid_water: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    """θ, volume fraction of water in a scene without water in the pores [-]"""
 
     update = staticmethod(wet_snow_update(GENERAL))
 

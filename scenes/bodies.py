@@ -24,9 +24,11 @@ class Body(Spec):
     """A shape filled with a material."""
 
     name: Name
+    """unique among the bodies"""
     material: str
     """name of one of the scene's materials, or of a material card"""
     shape: BodyShape
+    """filled with snow"""
     velocity: Vector = Field(default_factory=zero_vector)
     """initial velocity [m/s]"""
     start_time: NonNegative = 0.0
@@ -90,7 +92,9 @@ class Obstacle(Touching):
     """A rigid solid in contact with snow."""
 
     name: Name
+    """unique among the obstacles"""
     shape: ObstacleShape
+    """solid"""
     motion: Motion | None = None
     """at rest when missing"""
     drag: Positive = 2.0

@@ -12,6 +12,7 @@ class Dam(Spec):
     """A ridge that follows a line."""
 
     name: Annotated[str, Field(min_length=1)]
+    """in maps and tables"""
     line: Annotated[tuple[Pair, ...], Field(min_length=2)]
     """corners [x, y] of its crest, in the terrain's coordinates [m]; first and last alike for a ring"""
     height: Positive
@@ -19,7 +20,7 @@ class Dam(Spec):
     slope: Annotated[Number, Field(ge=10.0, le=85.0)] = 45.0
     """of its sides [degrees]"""
     crest_width: NonNegative = 0.0
-    """[m]"""
+    """width of its top [m]"""
 
     @model_validator(mode="after")
     def _is_a_line(self) -> Any:

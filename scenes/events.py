@@ -35,7 +35,7 @@ class Cut(Event):
     body: str
     """name of the body that is cut"""
     start: NonNegative = 0.0
-    """[s]"""
+    """when it begins [s]"""
     path: Annotated[tuple[Vector, ...], Field(min_length=2)]
     """corners of the saw's path [m]"""
     speed: Positive | None = None
@@ -54,7 +54,7 @@ class Load(Event):
     body: str
     """name of the body that is loaded"""
     start: NonNegative = 0.0
-    """[s]"""
+    """when it begins [s]"""
     stop: Positive | None = None
     """[s]; never when missing"""
     ramp: NonNegative = 0.0
@@ -89,7 +89,7 @@ class Remove(Event):
     body: str
     """name of the body that is removed"""
     start: NonNegative = 0.0
-    """[s]"""
+    """when it begins [s]"""
 
 
 class _Wetting(Event):
@@ -98,7 +98,7 @@ class _Wetting(Event):
     OF: ClassVar = "water"
     ACTS: ClassVar = "snowmpm.running.water_events:Wetting"
     start: NonNegative = 0.0
-    """[s]"""
+    """when it begins [s]"""
     stop: Positive | None = None
     """[s]; never when missing"""
     region: PlanBox | None = None
@@ -147,7 +147,7 @@ class Drainage(Event):
     becomes: Literal["drained", "sealed"]
     """drained: p = 0 there"""
     start: NonNegative = 0.0
-    """[s]"""
+    """when it begins [s]"""
 
     @model_validator(mode="after")
     def _has_that_side(self):

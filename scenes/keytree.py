@@ -30,12 +30,12 @@ def table_at(schema, path, data):
     if node is None:
         return {}
     about = {"description": node["description"]} if "description" in node else {}
-    return {**_resolve(schema, node), **about}
+    return {**resolved(schema, node), **about}
 
 
 def kinds_at(schema, path, data):
     """Values of `kind` allowed by the union at `path`."""
-    node = _resolve(schema, _find(schema, path, data))
+    node = resolved(schema, _find(schema, path, data))
     return list(node.get("discriminator", {}).get("mapping", {}))
 
 
@@ -48,7 +48,7 @@ def places(schema):
 
 
 def _walk(schema, node, path, above, found):
-    node = _resolve(schema, node)
+    node = resolved(schema, node)
     if not isinstance(node, dict) or id(node) in above or len(path) > DEEPEST:
         return
     above = above | {id(node)}
@@ -77,7 +77,7 @@ def _find(schema, path, data):
     return _choose(schema, node, here)
 
 
-def _resolve(schema, node):
+def resolved(schema, node):
     """What a node refers to. Pydantic before 2.9 has a reference with a description in an `allOf` of one."""
     while node is not None and ("$ref" in node or len(node.get("allOf", ())) == 1):
         node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node["allOf"][0]
@@ -85,7 +85,7 @@ def _resolve(schema, node):
 
 
 def _step(schema, node, part, here):
-    node = _resolve(schema, _choose(schema, node, here))
+    node = resolved(schema, _choose(schema, node, here))
     if isinstance(part, int):
         return node.get("items")
     if part in node.get("properties", {}):
@@ -98,7 +98,7 @@ def _step(schema, node, part, here):
 
 def _choose(schema, node, here):
     """The union member that the value `here` belongs to."""
-    plain = _resolve(schema, node)
+    plain = resolved(schema, node)
     members = plain.get("oneOf") or plain.get("anyOf")
     if not members:
         return node
@@ -108,15 +108,34 @@ def _choose(schema, node, here):
         return {"$ref": mapping[kind]} if isinstance(kind, str) and kind in mapping else node
     if not isinstance(here, dict):
         return node
-    tables = [member for member in members if "properties" in _resolve(schema, member)]
-    tables += [m for m in members if "oneOf" in _resolve(schema, m)]
+    tables = [member for member in members if "properties" in resolved(schema, member)]
+    tables += [m for m in members if "oneOf" in resolved(schema, m)]
     if not tables:
         return node
 
     def known(member):
-        return len(here.keys() & _resolve(schema, member).get("properties", {}))
+        return len(here.keys() & resolved(schema, member).get("properties", {}))
 
     return _choose(schema, max(tables, key=known), here)
+
+
+def given(schema, data):
+    """(table, key, value) of every key that the data gives, table: the part of the schema that it belongs to."""
+    yield from _given(schema, schema, data)
+
+
+def _given(schema, node, here):
+    node = resolved(schema, _choose(schema, node, here))
+    if isinstance(here, list | tuple):
+        for item in here:
+            yield from _given(schema, node.get("items") or {}, item)
+    elif isinstance(here, dict):
+        for key, value in here.items():
+            if key in node.get("properties", {}):
+                yield node, key, value
+            below = _step(schema, node, key, here)
+            if isinstance(below, dict):
+                yield from _given(schema, below, value)
 
 
 DEEPEST = 6
@@ -155,12 +174,12 @@ def _keys_below(schema, path, here, data):
 def _unset(schema, table, path):
     """Keys of a table that is not given."""
     for name, node in (table or {}).get("properties", {}).items():
-        yield (*path, name), None, _resolve(schema, node).get("description", "")
+        yield (*path, name), None, resolved(schema, node).get("description", "")
 
 
 def _table_of(schema, node):
     """The only table that a node allows; None if it allows several kinds."""
-    members = [_resolve(schema, one) for one in node.get("anyOf", [node])]
+    members = [resolved(schema, one) for one in node.get("anyOf", [node])]
     tables = [one for one in members if "properties" in one]
     return tables[0] if len(tables) == 1 else None
 
@@ -168,7 +187,7 @@ def _table_of(schema, node):
 def values_at(schema, path, data):
     """Allowed words of the key at `path`, if it is an enumeration."""
     node = table_at(schema, path, data)
-    members = [_resolve(schema, one) for one in node.get("anyOf", node.get("oneOf", [node]))]
+    members = [resolved(schema, one) for one in node.get("anyOf", node.get("oneOf", [node]))]
     found = []
     for one in members:
         found += one.get("enum", [one["const"]] if "const" in one else [])

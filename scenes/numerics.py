@@ -48,6 +48,7 @@ class Sph(Spec):
     """Options of the SPH method."""
 
     kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline", "gaussian"] = "wendland_c6"
+    """Wendland's kernels of three orders, the cubic spline, or a Gaussian cut off at 3 h"""
     smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
     """smoothing length h over dx [-]; kernels reach 2 h, the Gaussian 3 h; 1.2 gives 3 to 7 % more height in
     the middle of a heap of sand, 1.0 the right stiffness of a thin elastic body; both ring more behind shocks"""
@@ -160,6 +161,8 @@ class Solver(Spec):
                                            ' initial.relaxation = "static" finds snow at rest sooner')}
 
     method: Annotated[str, one_of(lambda: METHODS)] = "mpm"
+    """mpm: material point method; sph: smoothed particle hydrodynamics; depth: depth-averaged flow; implicit: mpm in
+    long steps"""
     dx: Positive
     """grid spacing (mpm; in plan: depth) or particle spacing (sph) [m]"""
     kernel: Annotated[str, one_of(lambda: BASES)] = "quadratic"
@@ -180,6 +183,7 @@ class Solver(Spec):
     """mpm: particles in a full cell at the start; 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell; depth:
     columns in a cell in plan, 4 when missing"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
+    """of the particles: on a lattice; displaced from it at random; at random with a least distance"""
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
     """share of a cell that a wave or a particle may cross in a step [-]. When missing, the step follows the state: 0.9
     of the largest stable one, for waves 0.4 while bonds of a weak layer break; 0.3 in sph; in depth 0.5 for waves and
@@ -187,6 +191,7 @@ class Solver(Spec):
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"
+    """of the particles and the grid: single or double"""
     sph: Sph = Field(default_factory=Sph)
     """of method = "sph" """
     depth: Depth = Field(default_factory=Depth)
@@ -243,14 +248,21 @@ components.open_table("solver", Solver)
 
 
 class Sides(Spec):
-    """One boundary a side."""
+    """One boundary a side. open: snow leaves; slip: it slides along; symmetric: the other half mirrors it; stick: it
+    does not move; separate: it slides and may lift off; periodic: it comes in again on the other side."""
 
     x_min: Boundary = "open"
+    """side of small x"""
     x_max: Boundary = "open"
+    """side of large x"""
     y_min: Boundary = "open"
+    """side of small y, 3-D only"""
     y_max: Boundary = "open"
+    """side of large y, 3-D only"""
     z_min: Boundary = "open"
+    """lower side"""
     z_max: Boundary = "open"
+    """upper side"""
 
     @model_validator(mode="after")
     def _fit_the_scene(self):

@@ -70,9 +70,9 @@ class SawTest(Spec):
     notch: NonNegative = 0.0
     """length already cut at the start [m]"""
     saw_speed: Positive = 2.0
-    """[m/s]"""
+    """speed of the saw [m/s]"""
     saw_start: NonNegative = 0.0
-    """[s]"""
+    """when the saw begins to move [s]"""
     saw_length: NonNegative | None = None
     """total length of the cut, `notch` included; half of the column when missing [m]"""
 

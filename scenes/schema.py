@@ -35,6 +35,7 @@ class Initial(Spec):
     isotropic pressure held by walls; or the whole particle state, from another run."""
 
     stress: Literal["none", "geostatic", "settle", "isotropic"] = "none"
+    """none; geostatic: in balance with the weight; settle: relaxed at rest; isotropic: a pressure"""
     lateral_pressure: NonNegative | None = None
     """stress along the layers over that across them, K0 [-]; the elastic value of each material when missing"""
     pressure: Positive | None = None
@@ -72,7 +73,7 @@ class Scene(Glance, Spec):
     dimension: Literal[2, 3]
     """2 (plane strain, axes x, z) or 3 (axes x, y, z)"""
     end_time: Positive
-    """[s]"""
+    """when the run ends [s]"""
     gravity: Annotated[
         Annotated[Number, NUMBER] | Annotated[Vector, LIST] | Annotated[Gravity, TABLE],
         by_type(NUMBER, LIST, TABLE),
@@ -85,12 +86,14 @@ class Scene(Glance, Spec):
     """at least dx, the grid spacing"""
     domain: Domain | None = None
     terrain: Terrain | None = None
+    """the ground: a plane, a profile, a mesh or an elevation raster; none when missing"""
     materials: dict[Name, Material] = Field(default_factory=dict)
     """one table a material, with numbers given here or taken from the material card `card`"""
     bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
     events: tuple[AnyEvent, ...] = ()
+    """what happens on the way, such as a saw cut, a skier or rain, one table each"""
     forces: Annotated[tuple[AnyForce, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
     water: AnyWater | None = None

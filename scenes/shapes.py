@@ -94,9 +94,9 @@ class Sphere(Solid):
     SOLID: ClassVar = "snowmpm.solids.shape:sphere"
     kind: Literal["sphere"]
     centre: Vector
-    """[m]"""
+    """its centre [m]"""
     radius: Positive
-    """[m]"""
+    """its radius [m]"""
 
     @property
     def thickness(self) -> float:
@@ -115,11 +115,11 @@ class Cylinder(Solid):
     base: Vector
     """centre of the base [m]"""
     axis: Direction
-    """direction from the base to the top, of any length"""
+    """direction from the base to the top, of any length [-]"""
     radius: Positive
-    """[m]"""
+    """its radius [m]"""
     height: Positive
-    """[m]"""
+    """its height along the axis [m]"""
 
     @property
     def thickness(self) -> float:

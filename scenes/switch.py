@@ -41,11 +41,12 @@ class Switch(Spec):
     speed: Positive = 5.0
     """flowing: the speed [m/s]"""
     share: Fraction | None = None
-    """flowing: 0.5 when missing; broken: 0.9; reached: 0, so that the first column counts"""
+    """share of the mass of when [-]. When missing, flowing: 0.5; broken: 0.9; reached: 0, so that the first column
+    counts"""
     region: Region | None = None
     """reached: where, in plan"""
     friction: Friction | None = None
-    """of the ground from then on, as in terrain; that of the terrain when missing"""
+    """coefficient or law of the ground's friction from then on [-], as in terrain; that of the terrain when missing"""
     at_rest: Literal["flows", "stays"] = "flows"
     """stays: snow slower than 1 m/s is taken out and counted (taken_mass); flows: it goes on as all other"""
     solver: Solver

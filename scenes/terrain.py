@@ -18,6 +18,7 @@ class Contacting(Spec):
     """How snow touches a solid: `stick` (no motion), `slip` (never leaves it) or `separate` (may leave it)."""
 
     contact: Contact = "separate"
+    """separate: snow slides with friction and may lift off; slip: it never leaves the solid; stick: no motion"""
 
 
 class Touching(Contacting):

@@ -71,7 +71,9 @@ class Uniform(Parameter):
 
     distribution: Literal["uniform"] = "uniform"
     low: Number
+    """least value"""
     high: Number
+    """largest value"""
 
     @model_validator(mode="after")
     def _ordered(self):
@@ -135,7 +137,9 @@ class Normal(Cut):
 
     distribution: Literal["normal"]
     mean: Number
+    """mean before it is cut off"""
     deviation: Positive
+    """standard deviation before it is cut off"""
 
     @model_validator(mode="after")
     def _possible(self):
@@ -153,7 +157,9 @@ class LogNormal(Cut):
 
     distribution: Literal["lognormal"]
     median: Positive
+    """half of the values lie below it"""
     factor: Annotated[Number, Field(gt=1.0)]
+    """one standard deviation, as a factor"""
 
     @model_validator(mode="after")
     def _possible(self):
@@ -174,6 +180,7 @@ class Choices(Parameter):
 
     distribution: Literal["choices"]
     values: Annotated[tuple[Any, ...], Field(min_length=1, max_length=10_000)]
+    """values that it may have"""
     weights: Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
     """how likely each is, to a common factor"""
 

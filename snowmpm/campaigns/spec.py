@@ -25,7 +25,9 @@ class Correlation(Spec):
     """Two parameters that vary together (correlation of their normal scores)."""
 
     parameters: Annotated[tuple[Name, ...], Field(min_length=2, max_length=2)]
+    """names of the two"""
     coefficient: Annotated[Number, Field(gt=-1.0, lt=1.0)]
+    """coefficient of correlation [-]"""
 
 
 class Variant(Spec):
@@ -63,9 +65,11 @@ class Slurm(Spec):
     queue: Word | None = None
     """partition"""
     account: Word | None = None
+    """account that pays"""
     cores: Count | None = None
     """of a job; the threads of a run when missing"""
     memory: Annotated[str, Field(strict=True, pattern=r"^[0-9]{1,6} ?[KMGT]i?B$")] = "4 GiB"
+    """memory of a job"""
     walltime: Annotated[str, Field(strict=True, pattern=r"^([0-9]{1,3}-)?[0-9]{1,3}(:[0-9]{2}){1,2}$")] | None = None
     """hours:minutes:seconds, or days-hours:minutes:seconds"""
     interface: Word | None = None
@@ -77,6 +81,7 @@ class Slurm(Spec):
     gres: Word | None = None
     """generic resources, such as gpu:1"""
     reservation: Word | None = None
+    """name of a reservation"""
 
     @property
     def directives(self) -> list[str]:
@@ -101,19 +106,22 @@ class FrontTime(Spec):
     """When the flow arrived at a place."""
 
     x: Number
+    """easting of the place [m]"""
     y: Number
-    """map coordinates [m]"""
+    """northing of the place [m]"""
     time: NonNegative
-    """[s]"""
+    """when the flow arrived [s]"""
     deviation: Positive
-    """[s]"""
+    """standard deviation of that [s]"""
 
 
 class Measured(Spec):
     """A number that was observed, and its standard deviation."""
 
     value: Number
+    """what was observed, in the unit of its key"""
     deviation: Positive
+    """its standard deviation"""
 
 
 class Outline(Spec):
@@ -158,11 +166,14 @@ class CampaignFile(Spec):
     """A campaign. Paths are relative to its file."""
 
     name: Name
+    """also the name of the default output folder"""
     scene: Annotated[str, Field(strict=True, min_length=1)]
     """base scene: a library name, or a TOML file"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 1
     """of the design"""
     design: Literal["latin_hypercube", "sobol", "random", "saltelli", "grid", "one_at_a_time"] = "latin_hypercube"
+    """how the values of the parameters are chosen; saltelli: for Sobol's sensitivities; one_at_a_time: from the
+    middle"""
     runs: Count | None = None
     """number of runs; saltelli: of its base, a power of 2; not of a grid or one_at_a_time"""
     set: dict[str, Any] = Field(default_factory=dict)

@@ -1,7 +1,7 @@
 """Particle fields by name, as output, diagnostics and users read them: NumPy copies in SI units."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class ParticleField:
     """A field of every particle, whatever its law. unit: in SI, "1" without; reads: given a `ParticleFields`, returns
-    its values (n,) or (n, columns)."""
+    its values (n,) or (n, columns); description: what it is, in a line."""
 
     REGISTRIES: ClassVar[tuple[Registry, ...]] = (FIELDS,)
 
     name: str
     unit: str
     reads: Callable[["ParticleFields"], Numbers]
+    description: str = ""
 
 
 def of_laws() -> dict[str, str]:
@@ -41,26 +42,17 @@ def field_units() -> dict[str, str]:
 
 
 class ParticleFields:
-    """`fields[name]`: one array a name, copied when asked for; one table copy serves all names.
+    """`fields[name]`: one array a name, (n,) or (n, columns), copied when asked for; one table copy serves all names.
 
-    velocity (n, dim) [m/s]; density: current [kg/m3]; stress: Cauchy (n, 6) [Pa], xx, yy, zz, xy, yz, xz of the tensor
-    axes (in 2-D: axis 0 = x, 1 = z, 2 = out of plane); p = -tr(sigma)/3 and q = sqrt(3/2 s:s) of it; volume: current;
-    J = det F; material, body: index in the scene; id: number given at seeding; depth: thickness of the snow normal to
-    the ground, of columns, zero for other particles; pore_pressure, porosity, saturation of the pores, liquid_water:
-    volume of water over that of the snow, all zero without water, with which stress, p and q are effective and density
-    is that of both; of columns, pore_pressure is that at the ground, and excess_pressure what it exceeds the
-    hydrostatic one by, zero for other particles; strain_rate: sqrt(2 D':D') [1/s] of the deviator of D = sym(grad v);
-    inertial_number: of it, the pressure and the grains of the law (grain_diameter, grain_density), zero where there are
-    none or none press, and flow_regime (`particles.regimes`); steady_solid_fraction: phi(I), with densest_fraction and
-    loosest_fraction of a law that names them, zero where flow_regime is; failure_function: of a law in rate form, above
-    0 where some stretching leaves the stress as it is, -1 without stress, 0 for other laws; and what the laws report of
-    their state (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
+    DESCRIPTIONS says what each is. stress: (n, 6), effective with water. What the laws report of their state (their
+    OUTPUTS: p0, damage, plastic_strain, gap ...) is zero where a law has no such thing.
     """
 
     materials: "MaterialTable"
     snapshot: "Snapshot"
     sizes: dict[str, int]
     """numbers that a particle carries, by the name of their column"""
+
     def __init__(self, particles: Particles, body_starts: ArrayLike = (0,)) -> None:
         """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""
         self.materials = particles.materials
@@ -190,6 +182,36 @@ def _failure_function(fields):
     return values
 
 
+DESCRIPTIONS = {
+    "position": "of the particle, from the run's origin",
+    "velocity": "of the particle",
+    "density": "current density, with the water in the pores",
+    "mass": "of the particle, with its water; per metre of width in 2-D",
+    "volume": "current volume; an area in 2-D",
+    "stress": "Cauchy stress, 6 components xx, yy, zz, xy, yz, xz of the tensor axes, tension positive; in 2-D axis "
+        "0 is x, 1 is z, 2 is out of plane; effective with water",
+    "p": "pressure, -tr(stress)/3: positive in compression",
+    "q": "equivalent shear stress, sqrt(3/2 s:s) of the deviator s",
+    "J": "volume over that at the start, det F",
+    "material": "index of the material in the scene",
+    "body": "index of the body in the scene",
+    "id": "number given at seeding: follows a particle from frame to frame",
+    "depth": "thickness of the snow normal to the ground, of the columns of a depth-averaged flow; else 0",
+    "pore_pressure": "of the water in the pores, of columns that at the ground; 0 without water",
+    "porosity": "volume of the pores over that of the snow; 0 without water",
+    "saturation": "volume of water over that of the pores; 0 without water",
+    "liquid_water": "volume of water over that of the snow; 0 without water",
+    "excess_pressure": "what the pore pressure of a column exceeds the hydrostatic one by; else 0",
+    "strain_rate": "sqrt(2 D':D') of the deviator D' of the rate of deformation",
+    "inertial_number": "I of the strain rate, the pressure and the grains of the law (grain_diameter, grain_density); "
+        "0 where there are none or none press",
+    "flow_regime": "by the inertial number: 0 none, 1 quasi-static, 2 dense, 3 collisional",
+    "steady_solid_fraction": "phi(I) of steady flow; 0 where flow_regime is",
+    "failure_function": "of a law in rate form: above 0 where some stretching leaves the stress as it is, -1 without "
+        "stress; 0 for other laws",
+}
+"""What each field of the program is."""
+
 for field in (
     ParticleField("position", "m", lambda fields: fields.snapshot.positions()),
     ParticleField("velocity", "m/s", lambda fields: fields.column("velocity")),
@@ -216,4 +238,4 @@ for field in (
     ParticleField("steady_solid_fraction", "1", _steady_fraction),
     ParticleField("failure_function", "1", _failure_function),
 ):
-    FIELDS.add(field)
+    FIELDS.add(replace(field, description=DESCRIPTIONS[field.name]))

@@ -36,6 +36,7 @@ class Forest(Spec):
     """Trees that slow a flow down, and stop a part of it; method = "depth" only."""
 
     name: Annotated[str, Field(min_length=1)]
+    """in messages and tables"""
     region: Region | None = None
     """where, in plan; where its rasters have values when missing"""
     drag: Drag = 0.01

@@ -30,11 +30,17 @@ class WaterSides(Spec):
     """Whether water leaves through the sides of the domain."""
 
     x_min: Border = "sealed"
+    """side of small x"""
     x_max: Border = "sealed"
+    """side of large x"""
     y_min: Border = "sealed"
+    """side of small y, 3-D only"""
     y_max: Border = "sealed"
+    """side of large y, 3-D only"""
     z_min: Border = "sealed"
+    """lower side"""
     z_max: Border = "sealed"
+    """upper side"""
 
     @model_validator(mode="after")
     def _fit_the_scene(self):

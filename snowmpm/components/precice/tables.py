@@ -37,6 +37,7 @@ class External(Touching):
     MAKES: ClassVar = f"{__package__}.from_scene:polyline"
     OWN: ClassVar = False
     name: Name
+    """unique among the structures"""
     points: Annotated[tuple[Vector, ...], Field(min_length=2, max_length=MOST + 1)]
     """corners of the polyline, where they are at the start [m]"""
     segments: Annotated[int, Field(strict=True, ge=1, le=MOST)] = 1

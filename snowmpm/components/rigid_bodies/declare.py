@@ -17,7 +17,7 @@ class Free(Spec):
     density: Positive | None = None
     """[kg/m3]; or mass"""
     mass: Positive | None = None
-    """[kg], per metre of width in 2-D; or density"""
+    """its mass [kg], per metre of width in 2-D; or density"""
     velocity: Vector = Field(default_factory=zero_vector)
     """initial velocity of its centre of mass [m/s]"""
     angular_velocity: Annotated[

@@ -46,12 +46,13 @@ class Bending(Touching):
 
     OWN: ClassVar = True
     name: Name
+    """unique among the structures; the history's columns begin with it"""
     width: Positive
     """outer diameter; 2-D: thickness of the plate [m]"""
     wall: Positive | None = None
     """thickness of the tube, 3-D only; a full bar when missing [m]"""
     youngs_modulus: Positive
-    """[Pa]"""
+    """E [Pa]"""
     density: Positive
     """of its material [kg/m3]"""
     yield_stress: Positive | None = None
