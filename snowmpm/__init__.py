@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # they take time to import
     from snowmpm.running.simulation import Simulation
     from snowmpm.scenes import Scene, load_scene
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # a library does not print when it is imported
 home.provide()  # before Taichi is imported

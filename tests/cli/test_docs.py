@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from snowmpm.cli.docs import guides
+from snowmpm.cli.reference import PAGES
 
 ROOT = Path(__file__).parents[2]
 
@@ -18,7 +19,7 @@ def test_every_guide_is_listed_with_what_it_is_about(call):
     own = {path.stem for path in (ROOT / "docs").glob("*.md")}
     lines = [line for line in result.out.splitlines() if line and "--" not in line]
     listed = {line.split()[0]: line.split(maxsplit=1)[1] for line in lines}
-    assert own | {"scenes", "tutorial", "materials"} == set(listed)
+    assert own | {"scenes", "tutorial", "materials", "conventions"} | set(PAGES) == set(listed)
     assert all(len(about) > 3 for about in listed.values())
 
 
@@ -34,8 +35,22 @@ def test_a_guide_in_the_browser(call, monkeypatch):
     monkeypatch.setattr(webbrowser, "open", opened.append)
     result = call("docs", "depth_averaged", "--browser")
     assert result.code == 0 and opened and opened[0].startswith("file://")
-    text = Path(result.out.strip()).read_text(encoding="utf-8")
+    page = Path(result.out.strip())
+    text = page.read_text(encoding="utf-8")
     assert "<table>" in text and "<script" not in text
+    for one in page.parent.glob("*.html"):
+        for address, place in re.findall(r'<a href="([^"#]*)(?:#([^"]*))?"', one.read_text(encoding="utf-8")):
+            target = (page.parent / address if address else one)
+            assert address.startswith("http") or target.exists(), (one.name, address)
+            assert not place or f'id="{place}"' in target.read_text(encoding="utf-8"), (one.name, address, place)
+
+
+def test_words_are_found(call):
+    result = call("docs", "--find", "PARTICLES_PER_CELL")
+    assert result.code == 0 and any(line.startswith("keys: ") for line in result.out.splitlines())
+    assert "no guide contains" in call("docs", "--find", "no such words").out
+    only = call("docs", "cards", "--find", "sand").out.splitlines()
+    assert only and all(line.startswith("cards: ") for line in only)
 
 
 def test_a_wrong_name(call):
