@@ -4,6 +4,8 @@ Pages keep their places in the repository, so that their links hold here and the
 with them. The pages of reference are made from the installed program (`snowmpm.cli.reference`).
 """
 
+import base64
+import json
 import os
 import re
 import shutil
@@ -41,6 +43,8 @@ def main():
         else:
             shutil.copyfile(path, place)
     shutil.copyfile(ROOT / ".ci" / "site.css", out / "site.css")
+    for path in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
+        _write_notebook(path, out / "docs" / "notebooks")
     for name in reference.PAGES:
         (out / "docs" / f"{name}.md").write_text(reference.page(name), encoding="utf-8")
 
@@ -54,7 +58,27 @@ def _linked(text, folder, out):
             return match[0]
         return f"[{match[0]}]({os.path.relpath(out / PLACES.get(name, f'docs/{name}.md'), folder)})"
 
+    text = re.sub(r"(\(notebooks/\w+)\.ipynb\)", r"\1.md)", text)
     return re.sub(r"(?<!\[)`snowmpm docs (\w+)`", link, text)
+
+
+def _write_notebook(path, folder):
+    """A notebook as a page with its pictures, and itself beside it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = []
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        text = "".join(cell["source"])
+        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+        for output in cell.get("outputs", ()):
+            if picture := output.get("data", {}).get("image/png"):
+                name = f"{path.stem}_{len(parts)}.png"
+                (folder / name).write_bytes(base64.b64decode(picture))
+                parts.append(f"![Result of the lines above]({name})")
+            elif output["output_type"] == "stream" and not output["text"][0].startswith("[Taichi]"):
+                parts.append(f"```text\n{''.join(output['text']).rstrip()}\n```")
+    parts.append(f"This page is a notebook: [{path.name}]({path.name}).")
+    (folder / f"{path.stem}.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    shutil.copyfile(path, folder / path.name)
 
 
 if __name__ == "__main__":

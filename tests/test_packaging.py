@@ -55,7 +55,7 @@ def test_every_module_and_scene_is_in_the_wheel(wheel):
         f"{inside}/{path.relative_to(ROOT / folder).as_posix()}"
         for folder, inside in FOLDERS.items()
         for path in (ROOT / folder).rglob("*")
-        if path.is_file() and not {"__pycache__", "gallery", "figures"} & set(path.parts)  # pictures stay out
+        if path.is_file() and not {"__pycache__", "gallery", "figures", "notebooks", "paper"} & set(path.parts)
     }
     assert any(name.endswith(".stl") for name in expected)
     assert expected - names(wheel) == set()
