@@ -15,7 +15,9 @@ from snowmpm.scenes.loader import with_overrides
 
 DOCS = Path(__file__).parents[2] / "docs"
 LARGE = {"avalanche_on_raster", "column_collapse_3d", "crown_and_flanks", "impact_mast", "mast", "microstructure",
-         "pst", "remote_trigger", "slab_release", "slab_release_resolved"}
+         "pst", "remote_trigger", "slab_release", "slab_release_interface", "slab_release_resolved", "slope_release"}
+COARSER = {"remote_trigger", "slab_release", "slab_release_interface", "slope_release"}
+"""Large ones that are tried on coarser cells too."""
 SETTING = re.compile(r'((?:[A-Za-z_]\w*)(?:\.\w+)+) = ("[^"]*"|\[[^\]]*\]|[-+\w.]*\w)')
 CHANGES = {
     "as it is": lambda scene: {},
@@ -46,7 +48,7 @@ def cases():
     return [pytest.param(name, change, marks=[pytest.mark.slow] if scene in LARGE or change == "much coarser" else [],
                          id=f"{scene}-{change}")
             for name in names for scene in (Path(name).stem,) for change in CHANGES
-            if change == "as it is" or scene not in LARGE - {"remote_trigger", "slab_release"}]
+            if change == "as it is" or scene not in LARGE - COARSER]
 
 
 @pytest.mark.parametrize(("name", "change"), cases())
