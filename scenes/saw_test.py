@@ -44,7 +44,7 @@ class WeakLayer(SawLayer):
 
     cells: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
     """represent the layer by this many grid cells, whatever its thickness, with the same stiffness, strength and
-    collapse per area (`Law.drawn`); its true thickness when missing"""
+    collapse per area (`Law.thickened_to`); its true thickness when missing"""
 
 
 OWN_KEYS = frozenset(WeakLayer.model_fields)

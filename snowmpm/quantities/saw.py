@@ -18,10 +18,10 @@ REASONS = {NOT_HAPPENED: "no", COLUMN_TOO_SHORT: "column too short", RUN_TOO_SHO
 
 MEASURED = (
     Quantity("saw_critical_length", "critical length", "m", "Length of the cut, notch included, when the crack began "
-             "to run by itself: from there it runs on for two slab thicknesses, faster than thrice the saw. In a "
-             "column with less than that ahead, the tip leaves the saw and comes to the far end as fast.", RESULT),
-    Quantity("saw_critical_length_resolution", "critical length, ±", "m", "Width of a bin of the record, two cells: "
-             "the critical length is known to about this.", RESULT),
+             "to run by itself: from there it runs on for two slab thicknesses, faster than three times the saw. In a "
+             "shorter column, the tip must outrun the saw to the far end at that speed.", RESULT),
+    Quantity("saw_critical_length_resolution", "critical length, ±", "m", "Width of a bin of the record: "
+             "saw_test.resolution, two cells when missing. The critical length is known to about this.", RESULT),
     Quantity("saw_crack_speed", "crack speed", "m/s", "Median of the speed over windows of one slab thickness, from "
              "two of them beyond the critical length, or halfway, to two before the end of the crack.", RESULT),
     Quantity("saw_crack_speed_spread", "crack speed, ±", "m/s", "Half of the range that holds two thirds of the speeds "

@@ -57,7 +57,7 @@ def test_links_of_a_page_lead_to_its_headings(name):
 
 
 def test_examples_by_hand_are_of_keys_that_need_one():
-    """Each is of a key that there is, and that neither a scene of the library nor a guide has."""
+    """Each is of a key that there is."""
     from snowmpm.campaigns.spec import CampaignFile
     from snowmpm.scenes.schema import Scene
 

@@ -5,6 +5,7 @@ Docstrings hold equations and lists that are laid out by hand, so they are shown
 
 import inspect
 import pydoc
+import re
 
 from snowmpm.cli.reference.markdown import plain
 
@@ -21,6 +22,12 @@ PUBLIC = {
     "Scenes and cards": ("snowmpm.scenes", ("Scene", "library", "material_card", "material_cards", "friction_card",
                                             "friction_cards")),
     "A material at a point": ("snowmpm.materials", ("MaterialPoint", "Law")),
+    "Export": ("snowmpm.render.export", ("export_run",)),
+    "What plugins derive from": ("snowmpm", ("ground.FrictionLaw", "scenes.events.Event", "scenes.forces.Force",
+                                             "scenes.shapes.Shape", "scenes.shapes.Solid",
+                                             "components.contract.Component", "stepping.component.Adapter",
+                                             "particles.fields.ParticleField", "methods.MethodEntry",
+                                             "cli.command.Command")),
 }
 """Public names by chapter: (module, names). Laws and functions that draw follow."""
 
@@ -74,13 +81,18 @@ def _signature(name, shown):
         signature = inspect.signature(shown)
     except (TypeError, ValueError):
         return
-    parts = [str(one) for one in signature.parameters.values() if one.name != "self"]
+    parts = [_without_objects(str(one)) for one in signature.parameters.values() if one.name != "self"]
     returned = signature.return_annotation
-    end = "" if returned is inspect.Signature.empty else f" -> {inspect.formatannotation(returned)}"
+    end = "" if returned is inspect.Signature.empty else f" -> {_without_objects(inspect.formatannotation(returned))}"
     text = f"{name}({', '.join(parts)}){end}"
     if len(text) > 100:
         text = f"{name}(\n    " + ",\n    ".join(parts) + f"\n){end}"
     yield from ("```python", text.replace("'", ""), "```", "")
+
+
+def _without_objects(annotation):
+    """An annotation without checks that have no name: Annotated[X, <object>] is X."""
+    return re.sub(r"typing\.Annotated\[([^\[\]]*), <[^>]*>\]", r"\1", annotation)
 
 
 def _docstring(shown):

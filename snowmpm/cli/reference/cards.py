@@ -5,7 +5,7 @@ from snowmpm.scenes.toml import value_text
 
 INTRODUCTION = """# Cards
 
-A card is a published set of numbers, usable by name: `material = "li_warm_shear"` for a body,
+A card is a set of numbers with its source, usable by name: `material = "li_warm_shear"` for a body,
 `card = "samos_at_auto"` in `[terrain.friction]`. Numbers given beside a card replace its own. Cite the source of a card
 that you use.
 """
@@ -15,7 +15,14 @@ def page():
     """All cards as Markdown."""
     from snowmpm.scenes import friction_cards, material_cards
 
-    lines = [INTRODUCTION, "## Materials", ""]
+    lines = [INTRODUCTION]
+    lines += table(("friction of the ground", "for releases of", "what it is"),
+                   [(code(name), card.volume.said("m3") or "any volume", plain(card.description))
+                    for name, card in friction_cards().items()])
+    lines += table(("material", "law", "what it is"),
+                   [(code(name), code(card.material["kind"]), plain(card.description))
+                    for name, card in material_cards().items()])
+    lines += ["## Materials", ""]
     for name, card in material_cards().items():
         lines += _card(name, card, card.material, "kind")
     lines += ["## Classes of ground friction", ""]

@@ -31,16 +31,26 @@ def _command(name, command):
     options = [one for one in command.params if one.param_type_name == "option" and not one.hidden]
     shown = " ".join(_shown(one) for one in arguments)
     yield from (f"## {name}", "", f"`snowmpm {name} {shown}".rstrip() + " [OPTIONS]`", "")
-    for paragraph in (command.help or "").replace("\b", "").split("\n\n"):
+    for paragraph in _unmarked(command.help).split("\n\n"):
         yield from (plain(paragraph), "")
     rows = [(code(one.metavar or one.name.upper()), "", _words(one)) for one in arguments]
-    rows += [(code(", ".join([*one.opts, *one.secondary_opts]) + (f" {one.metavar}" if one.metavar else "")),
+    rows += [(code(_option(one)),
               code(_default(one)), _words(one)) for one in options if one.name != "help"]
     yield from table(("argument or option", "default", "what it is"), rows)
 
 
 def _words(one):
-    return plain((one.help or "").replace("\\[", "["))  # marked against markup of the terminal
+    return plain(_unmarked(one.help))
+
+
+def _unmarked(words):
+    """Help without the marks that keep words from being markup of the terminal."""
+    return (words or "").replace("\b", "").replace("\\[", "[")
+
+
+def _option(one):
+    metavar = (one.metavar or "").replace("\\|", "|")
+    return " ".join([", ".join([*one.opts, *one.secondary_opts]), metavar]).strip()
 
 
 def _shown(argument):

@@ -183,8 +183,8 @@ def _list(schema, one):
 def _range(one):
     bounds = (("gt", ">"), ("exclusiveMinimum", ">"), ("ge", ">="), ("minimum", ">="), ("lt", "<"),
               ("exclusiveMaximum", "<"), ("le", "<="), ("maximum", "<="))
-    said = [f"{sign} {one[key]:g}" for key, sign in bounds if key in one and abs(one[key]) < 1e12]
-    return [", ".join(said)] if said else []
+    said = {sign[0]: f"{sign} {one[key]:g}" for key, sign in reversed(bounds) if key in one and abs(one[key]) < 1e12}
+    return [", ".join(said[side] for side in "><" if side in said)] if said else []
 
 
 def _sections(schema) -> Iterator[Place]:
@@ -272,12 +272,12 @@ def _examples(schema, files):
 
     def example(place, key, node):
         members = _members(schema, node)
+        if (name := f"{place.get('title')}.{key}") in EXAMPLES:
+            return value_text(EXAMPLES[name])
         if (id(place), key) in own:
             return _short(own[id(place), key])
         if all("properties" in one or _tables(schema, one) for one in members):
             return ""
-        if (name := f"{place.get('title')}.{key}") in EXAMPLES:
-            return value_text(EXAMPLES[name])
         if node.get("default") not in (None, [], ()) and not isinstance(node["default"], dict):
             return value_text(node["default"])
         for member in members:
@@ -322,7 +322,17 @@ EXAMPLES: dict[str, Any] = {
     "Dem.attribution": "National survey, 2025",
     "Dam.name": "catching dam",
     "Dam.line": [[120.0, 40.0], [120.0, 90.0]],
+    "Dam.height": 8.0,
+    "Dam.crest_width": 5.0,
     "Forest.name": "protection forest",
+    "Voellmy.mu": 0.25,
+    "Voellmy.xi": 1500.0,
+    **{f"{law}.card": "voellmy_buser_frutiger" for law in ("Coulomb", "Voellmy", "FrictionalViscous", "Bingham")},
+    "SamosAt.card": "samos_at_medium",
+    "ByVolume.card": "samos_at_auto",
+    "LogNormal.low": 800.0,
+    "LogNormal.high": 3000.0,
+    "Drawn.file": "posterior.csv",
     "SofteningCone.dilation_strain": 0.1,
     "AnticrackCamClay.reference_thickness": 0.1,
     "Voxels.origin": [0.0, 0.0, 0.0],
@@ -369,4 +379,4 @@ EXAMPLES: dict[str, Any] = {
     "Slurm.gres": "gpu:1",
     "Slurm.reservation": "winter",
 }
-"""Examples of keys that no scene of the library and no guide has, by the title of their table."""
+"""Examples of keys that no scene of the library and no guide has, or not well, by the title of their table."""
