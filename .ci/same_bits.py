@@ -161,6 +161,9 @@ def main():
         return 0
     if len(arguments.checkouts) != 2:
         parser.error("two checkouts are needed, OLD and NEW")
+    for path in arguments.checkouts:
+        if not (path / "snowmpm").is_dir():
+            parser.error(f"{path}: no checkout of the repository, but a folder of one is needed (git worktree add)")
     names = [name for name in CASES if arguments.only in name]
     with ThreadPoolExecutor() as pool:
         old, new = pool.map(lambda path: outcomes_of(path.resolve(), arguments.steps, names), arguments.checkouts)

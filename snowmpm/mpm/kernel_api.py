@@ -35,6 +35,7 @@ class Inlined:
         """Taichi function of the velocity gradient before the law: (L, v, ratio, own, dt, dx) -> L, own.
 
         L [1/s], v [m/s]: of the nodes at the particle; ratio: J before the step; own: the numbers of its column; dt [s]
-        and dx [m]. One component has it at a time ("the deformation of particles"). None: the component has none.
+        and dx [m]. Components that change L have it one at a time ("the deformation of particles"); one that
+        only reads L need not own it. None: the component has none.
         """
         return None

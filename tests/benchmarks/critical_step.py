@@ -118,8 +118,12 @@ def main():
         print(f"{' '.join(scheme):24s} {dim}-D  C sqrt(s) {found[worst]:.3f} ({worst[0]} at {worst[1]:g}),"
               f" full lattices {full:.3f}", flush=True)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    with open(arguments.output / "critical_step.csv", "w", newline="") as file:
-        csv.writer(file).writerows([COLUMNS, *rows])
+    path = arguments.output / "critical_step.csv"
+    measured = {tuple(map(str, row[:7])) for row in rows}  # rows of other schemes stay
+    kept = [row for row in list(csv.reader(path.open(newline="")))[1:] if tuple(row[:7]) not in measured] \
+        if arguments.only and path.exists() else []
+    with open(path, "w", newline="") as file:
+        csv.writer(file).writerows([COLUMNS, *kept, *rows])
 
 
 if __name__ == "__main__":
