@@ -74,7 +74,7 @@ class CohesiveCrack(Law):
     friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0
     """of the faces of a crack on each other [degrees]"""
     length: Positive | None = None
-    """H, over which a crack is spread [m]; the solver's cell or particle spacing when missing"""
+    """H, over which a crack is spread [m]; the cell of MPM, twice the particle spacing of SPH when missing"""
     cracks: Literal[1, 2] = 1
     """how many cracks a particle may have at a time"""
     reset: bool = False

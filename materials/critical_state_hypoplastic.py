@@ -1,7 +1,7 @@
 """Hypoplasticity that knows its density: dense sand is strong and softens, loose sand is weak, to one void ratio."""
 
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -98,7 +98,7 @@ class CriticalStateHypoplastic(RateLaw):
     """p₂: by how much the critical void ratio is higher without pressure [-]"""
     pressure_scale: Positive = 1e7
     """−1/p₃: pressure over which the critical void ratio falls [Pa]"""
-    density_effect: NonNegative = Field(le=0.4)
+    density_effect: Annotated[float, Field(ge=0.0, le=0.4)]
     """−q₂: effect of density on strength without pressure [-]"""
     density_effect_scale: Positive = 1e7
     """−1/q₃: pressure over which that effect fades [Pa]"""

@@ -170,7 +170,7 @@ class DruckerPrager(Law):
     cone: Cone = "triaxial_compression"
     """where the cone touches Mohr-Coulomb's pyramid; plane_strain: the same limit load in plane strain"""
     softening_strain: Positive | None = None
-    """κ_c: plastic strain over which the cohesion falls to a share 1/e [-]; it stays when missing"""
+    """κ_c: plastic strain that leaves a share 1/e of the cohesion above the residual one [-]; it stays when missing"""
     residual_cohesion: NonNegative = 0.0
     """c_r, which softening leaves [Pa]"""
 

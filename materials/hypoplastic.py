@@ -87,6 +87,8 @@ class RateLaw(Law):
     STORED: ClassVar[Literal["strain", "stress"]] = "stress"
     DISSIPATIVE: ClassVar[bool] = False
 
+    youngs_modulus: Positive
+    """initial slope of the triaxial test [Pa]"""
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]
     """ν_i, at the begin of the triaxial test [-]"""
     friction_angle: Annotated[float, Field(ge=JAMMED_ANGLE, lt=60.0)]

@@ -72,24 +72,29 @@ def _print(text):
     from rich.console import Console
     from rich.markdown import Markdown
 
-    console = Console()
     if sys.stdout.isatty():
+        console = Console()
         with console.pager(styles=True):
             console.print(Markdown(text))
-    else:
-        console.print(Markdown(text))
+    else:  # whole lines, which grep finds
+        print(_unquoted(text))
 
 
 def _print_found(words, names):
     """Lines of guides that contain some words, whatever their case."""
     found = 0
     for name in names:
-        for line in _told(_text(name)).splitlines():
+        for line in _unquoted(_told(_text(name))).splitlines():
             if words.casefold() in line.casefold():
                 found += 1
-                print(f"{name}: {html.unescape(line.strip())}")
+                print(f"{name}: {line.strip()}")
     if not found:
         print(f"no guide contains {words!r}")
+
+
+def _unquoted(text):
+    """Markdown without the marks that keep words from being markup."""
+    return html.unescape(re.sub(r"\\([*\[\]_|\\])", r"\1", text))
 
 
 def _target(address):

@@ -296,7 +296,7 @@ class SortedParticles(ParticleStore, Particles):
         """Scene coordinates [m], (n, dim); local: their position columns when already at hand, blocks: the `BlockMap`
         that they belong to."""
         local = self.column("position") if local is None else local
-        blocks = blocks or self.blocks
+        blocks = self.blocks if blocks is None else blocks
         owner_block = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
         cells = EDGE[self.dim] * owner_block + local
         if not np.any(self._period):

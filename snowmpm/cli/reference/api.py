@@ -87,7 +87,7 @@ def _signature(name, shown):
     text = f"{name}({', '.join(parts)}){end}"
     if len(text) > 100:
         text = f"{name}(\n    " + ",\n    ".join(parts) + f"\n){end}"
-    yield from ("```python", text.replace("'", ""), "```", "")
+    yield from ("```python", re.sub(r"(: |-> )'([^']*)'", r"\1\2", text), "```", "")
 
 
 def _without_objects(annotation):

@@ -92,7 +92,7 @@ def _row(schema, place, key, node, anchors, examples):
     words = _without(unit, " ".join(words.split()))
     default = "" if key in place.node.get("required", ()) else "none"
     if node.get("default") is not None:
-        default = "" if isinstance(node["default"], dict) else code(value_text(node["default"]))
+        default = "its own" if isinstance(node["default"], dict) else code(value_text(node["default"]))
     links = [f"[{_short_name(one, len(tables) == 1)}](#{anchors[id(one)]})" for one in tables]
     example = examples(place.node, key, node)
     allowed = ", ".join([*_allowed(schema, node), *links])
@@ -272,6 +272,8 @@ def _examples(schema, files):
 
     def example(place, key, node):
         members = _members(schema, node)
+        if "const" in keytree.resolved(schema, node):
+            return value_text(keytree.resolved(schema, node)["const"])
         if (name := f"{place.get('title')}.{key}") in EXAMPLES:
             return value_text(EXAMPLES[name])
         if (id(place), key) in own:
@@ -326,6 +328,9 @@ EXAMPLES: dict[str, Any] = {
     "Dam.crest_width": 5.0,
     "Forest.name": "protection forest",
     "Voellmy.mu": 0.25,
+    "Bingham.yield_stress": 200.0,
+    "Bingham.viscosity": 20.0,
+    "Strength.strength": 1000.0,
     "Voellmy.xi": 1500.0,
     **{f"{law}.card": "voellmy_buser_frutiger" for law in ("Coulomb", "Voellmy", "FrictionalViscous", "Bingham")},
     "SamosAt.card": "samos_at_medium",
