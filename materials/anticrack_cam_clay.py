@@ -50,6 +50,8 @@ class AnticrackCamClay(CriticalStateLaw):
     Validity: under strain control the softening branch is unique while αξ cosh(ξ ζ₀) < 1 (isotropic compression).
     """
 
+    EXAMPLES: ClassVar = {"reference_thickness": 0.1}
+
     STATE: ClassVar[tuple[StateVariable, ...]] = (
         StateVariable("compaction", "-", "ζ that sets p0: bonds left while intact, plastic compaction once collapsed"),
         StateVariable("collapsed", "-", "1 after complete softening, else 0"),

@@ -57,6 +57,8 @@ class CohesiveCrack(Law):
     of the material: compaction strengthens it, not its cracks.
     """
 
+    EXAMPLES: ClassVar = {"length": 0.05}
+
     STATE: ClassVar[Any] = Declared(FIRST, crack_state.variables)
     TENSORS: ClassVar[Any] = Declared((NORMAL,), crack_state.tensors)
     OUTPUTS: ClassVar[Any] = Declared(OWN_OUTPUTS, crack_state.outputs)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field
 
-from snowmpm.keys import Keyed
+from snowmpm.keys import Keyed, with_examples
 from snowmpm.registry import LAWS
 
 from .arrays import Array
@@ -63,7 +63,8 @@ class Law(Keyed, BaseModel):
     numbers arrive at run time: changing a parameter compiles nothing.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True,
+                              json_schema_extra=with_examples)
 
     REGISTRIES: ClassVar = (LAWS,)
     STATE: ClassVar[tuple[StateVariable, ...]] = ()

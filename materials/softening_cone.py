@@ -148,6 +148,8 @@ class SofteningCone(DruckerPrager):
     step. A band across which the material slips by u has lost what κ = u/(√3 l) takes, l the length, on any grid.
     """
 
+    EXAMPLES: ClassVar = {"dilation_strain": 0.1}
+
     FADES: ClassVar[int] = 0
     OF_COMPONENTS: ClassVar[tuple[str, ...]] = ("nonlocal_length",)
 

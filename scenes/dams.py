@@ -1,6 +1,6 @@
 """Dams on the ground: ridges along lines in plan, which deflect a flow, hold it back, or are overtopped."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -10,6 +10,13 @@ from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, refuse
 
 class Dam(Spec):
     """A ridge that follows a line."""
+
+    EXAMPLES: ClassVar = {
+        "name": "catching dam",
+        "line": [[120.0, 40.0], [120.0, 90.0]],
+        "height": 8.0,
+        "crest_width": 5.0,
+    }
 
     name: Annotated[str, Field(min_length=1)]
     """in maps and tables"""

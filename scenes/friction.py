@@ -6,7 +6,7 @@
                             xi = 2000.0
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -21,6 +21,8 @@ BY_VOLUME = "by_volume"
 
 class ByVolume(Spec):
     """A law chosen among the classes of a card by the volume of the release (3-D)."""
+
+    EXAMPLES: ClassVar = {"card": "samos_at_auto"}
 
     law: Literal["by_volume"] = "by_volume"
     card: Annotated[str, Field(strict=True)]

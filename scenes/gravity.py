@@ -1,6 +1,6 @@
 """Gravity that changes with time: centrifuge, tilting table, shaking ground."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -13,6 +13,8 @@ Angle = Annotated[Number, Field(ge=-180.0, le=180.0)]
 
 class Gravity(Spec):
     """Acceleration of gravity over time: ramped up by `ramp`, given at `times`, or read from `file`."""
+
+    EXAMPLES: ClassVar = {"values": [0.0, 9.81], "tilts": [0.0, 40.0], "file": "shaking.csv"}
 
     value: Strength = 9.81
     """acceleration [m/s2], downward, or a vector: the full value after a ramp, and the default where a table gives

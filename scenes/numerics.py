@@ -24,6 +24,8 @@ def field_names():
 class Output(Spec):
     """Content of the run file, and intervals."""
 
+    EXAMPLES: ClassVar = {"checkpoint_interval": 60.0, "map_cell": 5.0}
+
     interval: Positive = 0.05
     """time between frames [s]"""
     fields: tuple[Annotated[str, one_of(field_names)], ...] = ("velocity", "density")

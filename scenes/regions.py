@@ -1,6 +1,6 @@
 """Plan regions of layers."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -27,6 +27,8 @@ class PlanBox(Spec):
 
 class PlanPolygon(Spec):
     """A polygon in plan (3-D)."""
+
+    EXAMPLES: ClassVar = {"polygon": [[0.0, 0.0], [40.0, 0.0], [20.0, 30.0]]}
 
     polygon: Annotated[tuple[Pair, ...], Field(min_length=3)]
     """corners [x, y] [m]"""

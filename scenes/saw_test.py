@@ -15,7 +15,7 @@ table.
 """
 
 from math import ceil, cos, radians, sin, tan
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
@@ -53,6 +53,8 @@ components.open_table("saw_test.weak_layer", WeakLayer)
 
 class SawTest(Spec):
     """Propagation saw test, in the frame of the slope: x along it in the direction of the saw, z normal to it."""
+
+    EXAMPLES: ClassVar = {"resolution": 0.02}
 
     length: Positive
     """of the column along the slope [m]"""

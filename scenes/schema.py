@@ -1,7 +1,7 @@
 """The scene: everything a simulation needs, validated, in SI units with the last axis up."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PrivateAttr, model_validator
 from pydantic.functional_validators import ModelWrapValidatorHandler  # from 2.10 on also in pydantic itself
@@ -33,6 +33,8 @@ from snowmpm.scenes.zone import Zone, with_zone
 class Initial(Spec):
     """Stress at time zero: none, geostatic (in balance with the weight), settled by quasi-static relaxation, or an
     isotropic pressure held by walls; or the whole particle state, from another run."""
+
+    EXAMPLES: ClassVar = {"lateral_pressure": 0.5, "from": "runs/settled"}
 
     stress: Literal["none", "geostatic", "settle", "isotropic"] = "none"
     """none; geostatic: in balance with the weight; settle: relaxed at rest; isotropic: a pressure"""

@@ -131,6 +131,8 @@ class Cylinder(Solid):
 class SolidMesh(Solid):
     """The inside of a watertight triangle mesh (3-D)."""
 
+    EXAMPLES: ClassVar = {"file": "statue.stl"}
+
     DIMENSION: ClassVar = 3
     FILLS: ClassVar = "snowmpm.seeding.shapes:mesh"
     SOLID: ClassVar = "snowmpm.solids.shape:mesh"
@@ -169,6 +171,8 @@ class Prism(Shape):
 class Voxels(Shape):
     """The voxels of one value in an image, such as the ice of a microstructure."""
 
+    EXAMPLES: ClassVar = {"origin": [0.0, 0.0, 0.0], "counts": [200, 200, 200]}
+
     FILLS: ClassVar = "snowmpm.seeding.shapes:voxels"
     kind: Literal["voxels"]
     file: FileName
@@ -186,6 +190,8 @@ class Voxels(Shape):
 
 class ThicknessRaster(Spec):
     """A raster of the thickness of snow, normal to the ground [m]."""
+
+    EXAMPLES: ClassVar = {"file": "thickness.tif"}
 
     file: FileName
     """.asc or .tif raster, relative to the scene file; cells without data or with 0 hold no snow"""

@@ -7,13 +7,14 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetPydanticSchema, model_validator
 from pydantic_core import PydanticCustomError, PydanticKnownError, core_schema
 
-from snowmpm.keys import Keyed
+from snowmpm.keys import Keyed, with_examples
 
 
 class Spec(Keyed, BaseModel):
     """A table of a scene file: immutable, without unknown keys; messages show the docstring of a field."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True,
+                              json_schema_extra=with_examples)
 
     REMOVED: ClassVar[Mapping[str, tuple[object, str]]] = {}
     """Keys of earlier versions: {key: (value that changed nothing, as resolved scenes have it; what to do instead)}."""

@@ -1,5 +1,7 @@
 """Criterion for a run to end before its end_time."""
 
+from typing import ClassVar
+
 from snowmpm import components
 from snowmpm.scenes.spec import Fraction, Positive, Spec
 
@@ -7,6 +9,8 @@ from snowmpm.scenes.spec import Fraction, Positive, Spec
 class Stop(Spec):
     """A run ends once its snow has moved and come to rest: only a small share of its mass is fast, only a small share
     of its peak momentum is left, and no event is still to come."""
+
+    EXAMPLES: ClassVar = {"at_rest": False, "moving_share": 0.01, "momentum_share": 0.05}
 
     at_rest: bool | None = None
     """whether to end at rest, before end_time. When missing: yes if snow flows over a terrain (dem, mesh, or a profile

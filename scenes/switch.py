@@ -8,7 +8,7 @@
 """
 
 import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -32,6 +32,8 @@ def _takers():
 
 class Switch(Spec):
     """Another method takes over with all the snow, once the events of the scene are over."""
+
+    EXAMPLES: ClassVar = {"share": 0.5}
 
     to: Annotated[str, one_of(_takers)]
     """method that takes over; "depth" after a method of particles in space, or one of these after "depth" """

@@ -1,6 +1,6 @@
 """The ground: plane, profile, triangle mesh or elevation raster, and its friction."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -85,6 +85,8 @@ class Mesh(Ground):
 
 class Dem(Ground):
     """An elevation raster; cells of no-data are holes (3-D)."""
+
+    EXAMPLES: ClassVar = {"attribution": "National survey, 2025"}
 
     kind: Literal["dem"]
     file: FileName

@@ -7,7 +7,7 @@ is made of shares, so that it knows no distributions.
 import json
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -155,6 +155,8 @@ class Normal(Cut):
 class LogNormal(Cut):
     """The logarithm is normally distributed: 68 % of the values lie from median / factor to median * factor."""
 
+    EXAMPLES: ClassVar = {"low": 800.0, "high": 3000.0}
+
     distribution: Literal["lognormal"]
     median: Positive
     """half of the values lie below it"""
@@ -177,6 +179,8 @@ class LogNormal(Cut):
 
 class Choices(Parameter):
     """One of several values: numbers, words, files; each as likely, or with weights."""
+
+    EXAMPLES: ClassVar = {"values": [0.19, 0.25, 0.32], "weights": [1.0, 2.0, 1.0]}
 
     distribution: Literal["choices"]
     values: Annotated[tuple[Any, ...], Field(min_length=1, max_length=10_000)]
@@ -209,6 +213,8 @@ class Choices(Parameter):
 
 class Drawn(Parameter):
     """A row of a table of samples, such as a posterior: parameters of one file take the same row."""
+
+    EXAMPLES: ClassVar = {"file": "posterior.csv", "column": "mu"}
 
     distribution: Literal["posterior"]
     file: Annotated[str, Field(strict=True, min_length=1)]

@@ -1,7 +1,7 @@
 """The file of a campaign: base scene, parameters, design, what is mapped, where it runs, what was observed."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
@@ -24,6 +24,8 @@ Count = Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
 class Correlation(Spec):
     """Two parameters that vary together (correlation of their normal scores)."""
 
+    EXAMPLES: ClassVar = {"parameters": ["mu", "xi"], "coefficient": -0.5}
+
     parameters: Annotated[tuple[Name, ...], Field(min_length=2, max_length=2)]
     """names of the two"""
     coefficient: Annotated[Number, Field(gt=-1.0, lt=1.0)]
@@ -32,6 +34,8 @@ class Correlation(Spec):
 
 class Variant(Spec):
     """The same design once more with another method or grid: its first runs."""
+
+    EXAMPLES: ClassVar = {"set": {"solver.method": "mpm", "solver.dx": 2.5}}
 
     runs: Count | None = None
     """first runs of the design; all when missing"""
@@ -61,6 +65,18 @@ Word = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.:,=@+
 class Slurm(Spec):
     """What a job of SLURM asks for. No other lines can be added to the job's script: a campaign may come from anybody.
     """
+
+    EXAMPLES: ClassVar = {
+        "queue": "standard",
+        "account": "snow",
+        "cores": 4,
+        "walltime": "02:00:00",
+        "interface": "ib0",
+        "qos": "normal",
+        "constraint": "haswell",
+        "gres": "gpu:1",
+        "reservation": "winter",
+    }
 
     queue: Word | None = None
     """partition"""
@@ -92,6 +108,8 @@ class Slurm(Spec):
 
 class Cluster(Spec):
     """Where it runs. Options of the command line replace these."""
+
+    EXAMPLES: ClassVar = {"workers": 4}
 
     workers: Count | None = None
     """worker processes; as many as there are cores when missing"""
@@ -164,6 +182,8 @@ class Calibration(Spec):
 
 class CampaignFile(Spec):
     """A campaign. Paths are relative to its file."""
+
+    EXAMPLES: ClassVar = {"set": {"solver.dx": 10.0}}
 
     name: Name
     """also the name of the default output folder"""

@@ -19,13 +19,9 @@ Name = Annotated[str | None, typer.Argument(metavar="NAME", help="A guide or pag
 InBrowser = Annotated[bool, typer.Option("--browser", help="Show it in the browser, linked with all others.")]
 Find = Annotated[str | None, typer.Option("--find", metavar="WORDS", help="Print the lines that contain these words.")]
 
-BESIDE = {"scenes": ("snowmpm.scenes", "README.md"), "tutorial": ("snowmpm.scenes", "TUTORIAL.md"),
-          "materials": ("snowmpm.materials", "README.md"), "conventions": ("snowmpm.materials", "CONVENTIONS.md")}
-"""Guides that lie beside what they are about: (package, file)."""
-
 PLACES = {"scenes": "scenes/README.md", "tutorial": "scenes/TUTORIAL.md", "materials": "materials/README.md",
           "conventions": "materials/CONVENTIONS.md"}
-"""Where these are in the repository, as links lead there."""
+"""Guides that lie beside what they are about: where, in the repository and below the package."""
 
 LINK = re.compile(r"(!?)\[([^\[\]\n]*(?:\n[^\[\]\n]+)?)\]\(([^)\s]*)\)")
 HEADING = re.compile(r"<h([1-6])>(.*?)</h\1>")
@@ -33,7 +29,8 @@ HEADING = re.compile(r"<h([1-6])>(.*?)</h\1>")
 
 def guides():
     """{name: path} of the guides; None for pages of reference, which are made when they are read."""
-    found = {name: resources.files(package) / file for name, (package, file) in BESIDE.items()}
+    found = {name: resources.files("snowmpm." + Path(file).parent.name) / Path(file).name
+             for name, file in PLACES.items()}
     own = {path.name.removesuffix(".md"): path for path in resources.files("snowmpm.guides").iterdir()
            if path.name.endswith(".md")}
     return dict(sorted({**dict.fromkeys(reference.PAGES), **found, **own}.items()))

@@ -66,6 +66,8 @@ class Bingham(FrictionLaw):
     tau - tau_y grows as √v at first: below SLOWEST = 1e-6 m/s the rate keeps its value there, to be finite.
     """
 
+    EXAMPLES: ClassVar = {"yield_stress": 200.0, "viscosity": 20.0, "card": "voellmy_buser_frutiger"}
+
     PARAMETERS: ClassVar[Any] = BinghamParameters
 
     law: Literal["bingham"] = "bingham"

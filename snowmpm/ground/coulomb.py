@@ -26,6 +26,8 @@ class Coulomb(FrictionLaw):
     It does not depend on the speed: on a slope steeper than atan(mu) a flow accelerates for ever.
     """
 
+    EXAMPLES: ClassVar = {"card": "voellmy_buser_frutiger"}
+
     PARAMETERS: ClassVar[Any] = CoulombParameters
 
     law: Literal["coulomb"] = "coulomb"

@@ -33,6 +33,8 @@ class FrictionalViscous(FrictionLaw):
     collision: (25/4) eta v²/h². m < 1, where the rate would have no limit at rest, is refused.
     """
 
+    EXAMPLES: ClassVar = {"card": "voellmy_buser_frutiger"}
+
     PARAMETERS: ClassVar[Any] = FrictionalViscousParameters
 
     law: Literal["frictional_viscous"] = "frictional_viscous"

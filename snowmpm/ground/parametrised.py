@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from snowmpm.keys import Keyed
+from snowmpm.keys import Keyed, with_examples
 
 from .value import Limits, RasterValue
 
@@ -17,7 +17,8 @@ class Parametrised(Keyed, BaseModel):
     """Frozen data, checked on construction, unknown keys refused. A subclass adds its parameters, PARAMETERS and
     `numbers`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True,
+                              json_schema_extra=with_examples)
 
     PARAMETERS: ClassVar[Any]
     """NamedTuple class of the numbers that its Taichi function reads"""

@@ -37,6 +37,8 @@ class SamosAt(FrictionLaw):
     1.9 s for 1 m at mu = 0.155 on the flat.
     """
 
+    EXAMPLES: ClassVar = {"card": "samos_at_medium"}
+
     PARAMETERS: ClassVar[Any] = SamosAtParameters
     WEAKENS: ClassVar[bool] = True
 

@@ -15,7 +15,7 @@ class RasterValue(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    file: Annotated[str, Field(strict=True, min_length=1)]
+    file: Annotated[str, Field(strict=True, min_length=1, examples=["mu.tif"])]
     """.asc or .tif raster, relative to the scene file; a place has the value of the cell in which it lies"""
 
 

@@ -33,6 +33,8 @@ class Voellmy(FrictionLaw):
     density k v² with k = g/xi, as MoT-Voellmy does: k stands in place of xi.
     """
 
+    EXAMPLES: ClassVar = {"mu": 0.25, "xi": 1500.0, "card": "voellmy_buser_frutiger"}
+
     PARAMETERS: ClassVar[Any] = VoellmyParameters
 
     law: Literal["voellmy"] = "voellmy"

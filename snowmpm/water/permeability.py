@@ -33,7 +33,7 @@ class RasterPermeability(_Table):
     """A raster in plan."""
 
     law: Literal["raster"] = "raster"
-    file: Annotated[str, Field(strict=True, min_length=1)]
+    file: Annotated[str, Field(strict=True, min_length=1, examples=["permeability.tif"])]
     """.asc or .tif raster of the permeability [m2], relative to the scene file; 3-D only"""
 
 

@@ -12,7 +12,7 @@ from snowmpm.cli.reference.markdown import plain
 INTRODUCTION = """# Python interface
 
 Every public name. [From Python](python.md) shows how they are used, and says what may change from version to version.
-Names that are not here are of the inside, and may change at any time.
+Names that are not here are internal and may change at any time.
 """
 
 PUBLIC = {

@@ -2,7 +2,7 @@
 
 from importlib import resources
 
-from snowmpm.cli.reference.keys import keys_page
+from snowmpm.cli.reference.keys import blocks, keys_page
 
 INTRODUCTION = """# Every key of a campaign
 
@@ -18,8 +18,3 @@ def page():
     guide = (resources.files("snowmpm.guides") / "campaigns.md").read_text(encoding="utf-8")
     files = [path.read_text(encoding="utf-8") for path in sorted(library.iterdir(), key=lambda path: path.name)]
     return keys_page(CampaignFile.model_json_schema(), INTRODUCTION, [*files, *blocks(guide)])
-
-
-def blocks(text):
-    """TOML blocks of a guide."""
-    return [part.split("```")[0] for part in text.split("```toml\n")[1:]]

@@ -6,8 +6,8 @@ from snowmpm.cli.reference.markdown import code, plain, table
 
 INTRODUCTION = """# Commands
 
-`snowmpm COMMAND --help` shows the same in the terminal. Exit codes: 0 done, 1 the simulation failed, 2 bad input,
-130 interrupted.
+`snowmpm COMMAND --help` also shows the choices and ranges of options. Exit codes: 0 done, 1 the simulation failed,
+2 bad input, 130 interrupted.
 """
 
 
@@ -34,8 +34,7 @@ def _command(name, command):
     for paragraph in _unmarked(command.help).split("\n\n"):
         yield from (plain(paragraph), "")
     rows = [(code(one.metavar or one.name.upper()), "", _words(one)) for one in arguments]
-    rows += [(code(_option(one)),
-              code(_default(one)), _words(one)) for one in options if one.name != "help"]
+    rows += [(code(_option(one)), code(_default(one)), _words(one)) for one in options if one.name != "help"]
     yield from table(("argument or option", "default", "what it is"), rows)
 
 

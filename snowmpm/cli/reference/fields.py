@@ -22,6 +22,7 @@ OF_LAWS = {
 }
 """What laws report that is no variable of their state."""
 
+
 def page():
     """All fields and numbers as Markdown."""
     from snowmpm.materials import LAWS

@@ -1,13 +1,12 @@
 """Every key of a scene, from the schema: what it is, its unit, default, range, and an example."""
 
-import functools
-import json
 import re
 from collections.abc import Iterator
 from importlib import resources
 from typing import Any, NamedTuple
 
 from snowmpm.cli.reference.markdown import anchor, code, plain, table
+from snowmpm.reading.toml_text import TOMLDecodeError, tables
 from snowmpm.scenes import keytree
 from snowmpm.scenes.toml import value_text
 
@@ -85,15 +84,15 @@ def units(schema):
 
 def _row(schema, place, key, node, anchors, examples):
     about = keytree.resolved(schema, node)
-    tables = _tables(schema, node)
-    words = node.get("description", "") or (tables[0].get("description", "").split("\n\n")[0] if len(tables) == 1 else
+    below = _tables(schema, node)
+    words = node.get("description", "") or (below[0].get("description", "").split("\n\n")[0] if len(below) == 1 else
                                             about.get("description", ""))
     unit = _unit(node) if _has_number(schema, node) else None
     words = _without(unit, " ".join(words.split()))
     default = "" if key in place.node.get("required", ()) else "none"
     if node.get("default") is not None:
         default = "its own" if isinstance(node["default"], dict) else code(value_text(node["default"]))
-    links = [f"[{_short_name(one, len(tables) == 1)}](#{anchors[id(one)]})" for one in tables]
+    links = [f"[{_short_name(one, len(below) == 1)}](#{anchors[id(one)]})" for one in below]
     example = examples(place.node, key, node)
     allowed = ", ".join([*_allowed(schema, node), *links])
     return code(key), plain(words), code(unit or ""), default, allowed, code(example)
@@ -217,9 +216,9 @@ def _in_order(schema, place, first):
 def _below(schema, place):
     """Tables right below one."""
     for key, node in place.node.get("properties", {}).items():
-        tables = _tables(schema, node)
-        for one in tables:
-            which = _which(one) or (_title(one) if len(tables) > 1 else "")
+        found = _tables(schema, node)
+        for one in found:
+            which = _which(one) or (_title(one) if len(found) > 1 else "")
             yield Place(one, (*place.path, *_named(schema, node, key)), which, _in_list(schema, node))
 
 
@@ -249,7 +248,7 @@ def _scenes():
     pages = [*guides.iterdir(), *resources.files("snowmpm.scenes").iterdir()]
     for path in sorted(pages, key=lambda path: path.name):
         if path.name.endswith(".md"):
-            yield from re.findall(r"```toml\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)
+            yield from blocks(path.read_text(encoding="utf-8"))
     for path in sorted((library / "materials").iterdir(), key=lambda path: path.name):
         yield path.read_text(encoding="utf-8").replace("[material]", "[materials.card]")
     for path in sorted((library / "friction").iterdir(), key=lambda path: path.name):
@@ -274,8 +273,8 @@ def _examples(schema, files):
         members = _members(schema, node)
         if "const" in keytree.resolved(schema, node):
             return value_text(keytree.resolved(schema, node)["const"])
-        if (name := f"{place.get('title')}.{key}") in EXAMPLES:
-            return value_text(EXAMPLES[name])
+        if "examples" in node:
+            return value_text(node["examples"][0])
         if (id(place), key) in own:
             return _short(own[id(place), key])
         if all("properties" in one or _tables(schema, one) for one in members):
@@ -300,88 +299,13 @@ def _short(text):
     return text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
 
 
-@functools.lru_cache(maxsize=400)
+def blocks(text):
+    """TOML blocks of a guide."""
+    return re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+
+
 def _parsed(text):
-    import sys
-
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        import tomli as tomllib
     try:
-        return json.loads(json.dumps(tomllib.loads(text), default=str))
-    except tomllib.TOMLDecodeError:  # a guide may show alternatives, one below the other
+        return tables(text, "an example")
+    except TOMLDecodeError:  # a guide may show alternatives, one below the other
         return {}
-
-
-EXAMPLES: dict[str, Any] = {
-    "Gravity.values": [0.0, 9.81],
-    "Gravity.tilts": [0.0, 40.0],
-    "Gravity.file": "shaking.csv",
-    "Output.checkpoint_interval": 60.0,
-    "Output.map_cell": 5.0,
-    "PlanPolygon.polygon": [[0.0, 0.0], [40.0, 0.0], [20.0, 30.0]],
-    "Dem.attribution": "National survey, 2025",
-    "Dam.name": "catching dam",
-    "Dam.line": [[120.0, 40.0], [120.0, 90.0]],
-    "Dam.height": 8.0,
-    "Dam.crest_width": 5.0,
-    "Forest.name": "protection forest",
-    "Voellmy.mu": 0.25,
-    "Bingham.yield_stress": 200.0,
-    "Bingham.viscosity": 20.0,
-    "Strength.strength": 1000.0,
-    "Voellmy.xi": 1500.0,
-    **{f"{law}.card": "voellmy_buser_frutiger" for law in ("Coulomb", "Voellmy", "FrictionalViscous", "Bingham")},
-    "SamosAt.card": "samos_at_medium",
-    "ByVolume.card": "samos_at_auto",
-    "LogNormal.low": 800.0,
-    "LogNormal.high": 3000.0,
-    "Drawn.file": "posterior.csv",
-    "SofteningCone.dilation_strain": 0.1,
-    "AnticrackCamClay.reference_thickness": 0.1,
-    "Voxels.origin": [0.0, 0.0, 0.0],
-    "Voxels.counts": [200, 200, 200],
-    "Free.mass": 2000.0,
-    "SeepageWater.dry": ["rock"],
-    "MovingWater.dry": ["rock"],
-    "Initial.lateral_pressure": 0.5,
-    "Initial.from": "runs/settled",
-    "Stop.at_rest": False,
-    "Stop.moving_share": 0.01,
-    "Stop.momentum_share": 0.05,
-    "Switch.share": 0.5,
-    "SawTest.resolution": 0.02,
-    "Damping.rest_speed": 0.01,
-    "Precice.velocity": "Velocity",
-    "Acceleration.file": "wind.csv",
-    "Pressure.file": "cell_pressure.csv",
-    "Traction.file": "footing.csv",
-    "FollowerPressure.file": "air_bag.csv",
-    "Displacement.file": "plate.csv",
-    "RasterPermeability.file": "permeability.tif",
-    "RasterValue.file": "mu.tif",
-    "ThicknessRaster.file": "thickness.tif",
-    "SolidMesh.file": "statue.stl",
-    "CohesiveCrack.length": 0.05,
-    "Framework.joints": {"a": [6.0, 0.0], "b": [6.0, 2.0]},
-    "Framework.feet": {"a": "fixed"},
-    "CampaignFile.set": {"solver.dx": 10.0},
-    "Variant.set": {"solver.method": "mpm", "solver.dx": 2.5},
-    "Choices.values": [0.19, 0.25, 0.32],
-    "Choices.weights": [1.0, 2.0, 1.0],
-    "Drawn.column": "mu",
-    "Correlation.parameters": ["mu", "xi"],
-    "Correlation.coefficient": -0.5,
-    "Cluster.workers": 4,
-    "Slurm.queue": "standard",
-    "Slurm.account": "snow",
-    "Slurm.cores": 4,
-    "Slurm.walltime": "02:00:00",
-    "Slurm.interface": "ib0",
-    "Slurm.qos": "normal",
-    "Slurm.constraint": "haswell",
-    "Slurm.gres": "gpu:1",
-    "Slurm.reservation": "winter",
-}
-"""Examples of keys that no scene of the library and no guide has, or not well, by the title of their table."""

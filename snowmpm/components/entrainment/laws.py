@@ -92,6 +92,8 @@ class Strength(Entrainment):
     The jump of momentum at the bed: Fraccarollo and Capart (2002), doi:10.1017/S0022112002008455.
     """
 
+    EXAMPLES: ClassVar = {"strength": 1000.0}
+
     NUMBER: ClassVar[str] = "strength"
 
     law: Literal["strength"] = "strength"

@@ -45,6 +45,8 @@ class _OnFace(Valued):
 class Traction(_OnFace):
     """A force of fixed direction on a body's own surface."""
 
+    EXAMPLES: ClassVar = {"file": "footing.csv"}
+
     kind: Literal["traction"]
     value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
     """[Pa] over the area at time zero: a number or a formula of x, y, z and t, one an axis"""
@@ -57,6 +59,8 @@ class Traction(_OnFace):
 class FollowerPressure(_OnFace):
     """A pressure on a body's own surface, which stays normal to it as it moves and stretches."""
 
+    EXAMPLES: ClassVar = {"file": "air_bag.csv"}
+
     kind: Literal["follower_pressure"]
     value: Value | None = None
     """[Pa] over the area now, compression positive: a number or a formula of x, y, z and t"""
@@ -68,6 +72,8 @@ class FollowerPressure(_OnFace):
 @FORCES.add
 class Displacement(_OnFace):
     """A surface of prescribed motion, wherever it cuts the grid, to which a body's own surface is tied by a penalty."""
+
+    EXAMPLES: ClassVar = {"file": "plate.csv"}
 
     UNIT: ClassVar = "m"
     kind: Literal["displacement"]

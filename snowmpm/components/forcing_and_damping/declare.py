@@ -21,6 +21,8 @@ IN_TIME = ("mpm", "sph")
 class Acceleration(Valued):
     """A force in proportion to mass: wind drag, shaking, the pull of a magnet."""
 
+    EXAMPLES: ClassVar = {"file": "wind.csv"}
+
     ACTS: ClassVar = f"{__package__}.fields:Acceleration"
     UNIT: ClassVar = "m/s2"
     kind: Literal["acceleration"]
@@ -45,6 +47,8 @@ class Acceleration(Valued):
 class Pressure(Valued):
     """The pressure of a fluid around the snow or in its pores."""
 
+    EXAMPLES: ClassVar = {"file": "cell_pressure.csv"}
+
     ACTS: ClassVar = f"{__package__}.fields:Pressure"
     kind: Literal["pressure"]
     acts_on: Literal["surface", "pores"] = "surface"
@@ -62,6 +66,8 @@ class Pressure(Valued):
 
 class Damping(Timed):
     """A drag on every particle in proportion to its mass: dv/dt = ... - coefficient v."""
+
+    EXAMPLES: ClassVar = {"rest_speed": 0.01}
 
     coefficient: Positive
     """[1/s]: free motion decays to a third in 1.1 / coefficient seconds"""

@@ -12,7 +12,7 @@
 """
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -34,6 +34,8 @@ else:
 
 class Forest(Spec):
     """Trees that slow a flow down, and stop a part of it; method = "depth" only."""
+
+    EXAMPLES: ClassVar = {"name": "protection forest"}
 
     name: Annotated[str, Field(min_length=1)]
     """in messages and tables"""

@@ -15,6 +15,8 @@ Text = Annotated[str, Field(strict=True, min_length=1, max_length=200)]
 class Precice(Spec):
     """Where the other program is met: names of a configuration of preCICE, version 3."""
 
+    EXAMPLES: ClassVar = {"velocity": "Velocity"}
+
     file: FileName
     """the configuration (.xml)"""
     participant: Text = "Snow"

@@ -1,6 +1,6 @@
 """Obstacles with mass, which weight, snow and contact move: their table, and what they do not go with."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -13,6 +13,8 @@ from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, r
 
 class Free(Spec):
     """A rigid body that weight, snow and contact move."""
+
+    EXAMPLES: ClassVar = {"mass": 2000.0}
 
     density: Positive | None = None
     """[kg/m3]; or mass"""

@@ -7,7 +7,7 @@ what it does not go with.
     bulk_modulus = 1e6          # Pa
 """
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from snowmpm.water.refusals import DOUBLE, refuse_of_pores
 @WATER.add
 class SeepageWater(OwnWater):
     """Water with particles of its own that seeps through grains at rest, leaves them and pools; method = "sph" only."""
+
+    EXAMPLES: ClassVar = {"dry": ["rock"]}
 
     scheme: Literal["seepage"]
     """seepage: grains stay where they are; the pressure of the water is solved for in each step"""

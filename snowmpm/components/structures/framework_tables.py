@@ -38,6 +38,8 @@ class Framework(Bending):
     """A portal, fence, tripod or truss: straight members between joints that are rigid unless a member is pinned
     there."""
 
+    EXAMPLES: ClassVar = {"joints": {"a": [6.0, 0.0], "b": [6.0, 2.0]}, "feet": {"a": "fixed"}}
+
     KEYS: ClassVar = ("joints", "members")
     MAKES: ClassVar = f"{__package__}.from_scene:framework"
     joints: Annotated[dict[Label, Vector], Field(min_length=2, max_length=64)]

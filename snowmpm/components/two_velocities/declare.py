@@ -7,7 +7,7 @@ it does not go with.
     bulk_modulus = 1e7          # Pa
 """
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
@@ -24,6 +24,8 @@ from snowmpm.water.refusals import DOUBLE, refuse_of_pores
 class MovingWater(OwnWater):
     """Water with particles and a velocity of its own beside the grains: it runs through the pores, leaves the snow and
     pools; method = "mpm" only."""
+
+    EXAMPLES: ClassVar = {"dry": ["rock"]}
 
     scheme: Literal["v_w"]
     """v_w: grains and water have a velocity each, v and w, with drag between them; explicit"""
