@@ -6,6 +6,7 @@ import pytest
 
 import snowmpm
 from snowmpm.reading.toml_text import tables
+from snowmpm.scenes import Scene
 from tests.support.project import ROOT
 
 GUIDE = (ROOT / "docs" / "saw_tests.md").read_text(encoding="utf-8")
@@ -24,5 +25,5 @@ def test_the_scene_of_the_guide_finds_what_it_says(tmp_path, monkeypatch):
 
 def test_the_scene_of_the_guide_loads():
     text = re.search(r"```toml\n(.*?)```", GUIDE, re.DOTALL)[1]
-    scene = snowmpm.scenes.Scene.model_validate(tables(text, "guide"))
+    scene = Scene.model_validate(tables(text, "guide"))
     assert len(scene.saw_test.slab) == 2 and scene.saw_test.ends == "vertical"
