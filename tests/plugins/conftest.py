@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from snowmpm import plugins, registry
+from snowmpm import components, plugins, registry
 
 REGISTRIES = [one for one in vars(registry).values() if isinstance(one, registry.Registry)]
 
@@ -13,6 +13,7 @@ REGISTRIES = [one for one in vars(registry).values() if isinstance(one, registry
 def restored():
     kept = [(one, dict(one._loaded()), dict(one.by)) for one in REGISTRIES]
     loaded, modules = dict(plugins._loaded), set(sys.modules)
+    fields = {table: dict(table.model_fields) for tables in components._tables.values() for table in tables}
     yield
     for one, known, by in kept:
         one._entries, one.by = known, by
@@ -22,4 +23,9 @@ def restored():
         if name.startswith(("snowmpm_plugin_", "snow_extras")):
             del sys.modules[name]
     registry.generation += 1
-    registry._rebuild(set(REGISTRIES))
+    changed = {table for table, known in fields.items() if table.model_fields.keys() != known.keys()}
+    for table in changed:  # keys of a component that is gone
+        for key in table.model_fields.keys() - fields[table].keys():
+            del table.model_fields[key]
+        table.model_rebuild(force=True)
+    registry._rebuild(set(REGISTRIES), changed)
