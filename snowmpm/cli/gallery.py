@@ -23,9 +23,9 @@ def gallery(
         ),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Folder of pictures and page; scenes/gallery by default."),
-    ] = None,
+        Path,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder of pictures and page."),
+    ] = Path("gallery"),
     runs: Annotated[Path, typer.Option(metavar="DIR", help="Folder that holds the runs, DIR/NAME.")] = Path("runs"),
     settings: Settings = None,
     backend: BackendOption = Backend.auto,
@@ -41,32 +41,31 @@ def gallery(
     the scene's section [picture]. The caption of a picture names what --set changed.
     """
     from snowmpm import overwriting
-    from snowmpm.cli.gallery_page import PAGE, default_folder, draw_exhibit, write_page
+    from snowmpm.cli.gallery_page import PAGE, draw_exhibit, write_page
     from snowmpm.scenes import library, load_scene
 
-    folder = output or default_folder()
     changed = setting_values(settings)
     chosen = [load_scene(name, changed) for name in scenes or library()]
     for scene in chosen:
         if scene.name not in library():
             raise InputError(f"{scene.source}: not a scene of the library, and the gallery shows those only")
-    overwriting.guard_in(folder, [PAGE, *(f"{scene.name}.png" for scene in chosen)])
+    overwriting.guard_in(output, [PAGE, *(f"{scene.name}.png" for scene in chosen)])
     for scene in counted(chosen, "gallery", "scenes"):
         run = _finished(scene, runs / scene.name, backend, threads, overwrite)
-        print(draw_exhibit(scene, run, folder, settings))
-    page, missing = write_page(folder, _in_words)
+        print(draw_exhibit(scene, run, output, settings))
+    page, missing = write_page(output, _in_words)
     print(page if not missing else f"{page}; without a picture: {', '.join(missing)}")
 
 
-def _finished(scene, folder, backend, threads, overwrite):
+def _finished(scene, output, backend, threads, overwrite):
     """The finished run of a scene; runs or completes it if needed."""
     from snowmpm.cli.gallery_page import run_of
     from snowmpm.io.checkpoint import FILE
 
-    run = None if overwrite else run_of(scene, folder)
+    run = None if overwrite else run_of(scene, output)
     if run is None or not run.complete:
         start_taichi(backend, threads)
-        run = simulate(scene, folder, resume=run is not None and (folder / FILE).exists())
+        run = simulate(scene, output, resume=run is not None and (output / FILE).exists())
     return run
 
 

@@ -14,7 +14,6 @@ from snowmpm.io.layout import RUN_FILE
 from snowmpm.render import PLOTS, notes_of, render_strip
 from snowmpm.running.rest import rested
 from snowmpm.scenes import library
-from snowmpm.scenes.library import FOLDER as LIBRARY
 from snowmpm.scenes.library import comment
 
 PAGE = "README.md"
@@ -22,17 +21,14 @@ PAGE = "README.md"
 CAPTION = re.compile(r"^!\[.*\]\((.+\.png)\)\n\n(.+ particles, dx = .+)$", re.MULTILINE)
 """A picture on the page and the line below it."""
 
+LABEL = re.compile(r"^([A-Za-z_.]+): ")
+"""What a line of a comment begins with where it speaks of one thing: a key, what is published, what was chosen."""
+
 HEAD = """# Gallery
 
 Every scene of the library as `snowmpm run NAME` computes it. One command, `snowmpm gallery`, makes pictures and page.
 The section `[picture]` of each scene says what its picture shows and when. The text is that of the scene files.
 """
-
-
-def default_folder():
-    """Folder of the gallery: beside the library in a working copy, `gallery` for an installed program."""
-    own = LIBRARY.with_name("gallery")
-    return own if own.is_dir() else Path("gallery")
 
 
 def run_of(scene, folder):
@@ -105,11 +101,13 @@ def _in_markdown(in_words, picture):
 
 
 def _as_markdown(lines):
-    """A comment as Markdown: indented lines, which are commands, become code."""
+    """A comment as Markdown: indented lines, which are commands, become code; `Published: ...` begins a paragraph."""
     text, inside = [], False
     for line in lines:
         if line.startswith("  ") != inside:
             text.append("```")
             inside = not inside
-        text.append(line.strip())
+        if LABEL.match(line) and text and text[-1] not in ("", "```"):
+            text.append("")
+        text.append(LABEL.sub(r"**\1**: ", line).strip())
     return "\n".join([*text, "```"] if inside else text).strip()
