@@ -91,8 +91,9 @@ def _signature(name, shown):
 
 
 def _without_objects(annotation):
-    """An annotation without checks that have no name: Annotated[X, <object>] is X."""
-    return re.sub(r"typing\.Annotated\[([^\[\]]*), <[^>]*>\]", r"\1", annotation)
+    """An annotation without checks and defaults that have no name: Annotated[X, <object>] is X, = <object> is = ..."""
+    named = re.sub(r"typing\.Annotated\[([^\[\]]*), <[^>]*>\]", r"\1", annotation)
+    return re.sub(r"= <.*>$", "= ...", named)
 
 
 def _docstring(shown):
