@@ -60,8 +60,8 @@ class Motion(Spec):
     ramp: NonNegative = 0.0
     """time in which the speed rises smoothly from 0 after `start`, and falls back to 0 before `stop` [s]"""
     file: FileName | None = None
-    """table (.csv) in place of the velocities: time [s], displacement x, y, z [m], and angle or, in 3-D, angle_x, angle_y,
-    angle_z [degrees]; missing columns are 0"""
+    """table (.csv) in place of the velocities: time [s], displacement x, y, z [m], angle or, in 3-D, angle_x,
+    angle_y, angle_z [degrees]; missing columns are 0"""
 
     @model_validator(mode="after")
     def _is_one_motion(self):
