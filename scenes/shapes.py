@@ -201,18 +201,24 @@ class ThicknessRaster(Spec):
 class Layer(Shape):
     """Snow between two distances from the terrain, measured normal to it."""
 
+    EXAMPLES: ClassVar = {"attribute": "release_depth"}
+
     kind: Literal["layer"]
     bottom: NonNegative = 0.0
     """distance of its lower face from the terrain [m]"""
     top: Annotated[Annotated[Positive, NUMBER] | Annotated[Literal["file"], TEXT] | Annotated[ThicknessRaster, TABLE],
                    by_type(NUMBER, TEXT, TABLE)] = "file"
-    """distance of its upper face from the terrain [m]; "file": bottom plus `thickness` in the region file; { file =
+    """distance of its upper face from the terrain [m]; "file": bottom plus an attribute of the region file; { file =
     ... }: bottom plus the values of a raster, method = "depth" only"""
+    attribute: Annotated[str, Field(strict=True, min_length=1, max_length=100)] | None = None
+    """attribute of the region file that holds the thickness [m]; `thickness`, or else `d0`, when missing"""
     region: Region | None = None
     """where, in plan; everywhere on the terrain when missing"""
 
     @model_validator(mode="after")
     def _has_thickness(self):
+        if self.attribute is not None and self.top != "file":
+            raise refuse('goes with top = "file" only', "attribute", self.attribute)
         if self.top == "file":
             if not isinstance(self.region, PlanFile) and "top" not in self.model_fields_set:
                 raise refuse("is missing: distance of its upper face from the terrain [m]", "top")

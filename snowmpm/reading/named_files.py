@@ -72,3 +72,9 @@ def files_named(value, key=""):
             yield inner, item
         else:
             yield from files_named(item, inner)
+
+
+def companion(path, suffix):
+    """The file of the same name with another suffix, in small letters or in capitals; None where there is none."""
+    found = (Path(path).with_suffix(one) for one in (suffix, suffix.upper()))
+    return next((one for one in found if one.is_file()), None)

@@ -27,8 +27,8 @@ def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, col
         raise InputError.at(f"{key}.bottom", bottom, "must be >= 0 (height above the terrain)")
     raster = RasterThickness.of(top, base_dir, f"{key}.top.file", surface.system) if isinstance(top, Keyed) else None
     area = spec.get("region")
-    regions = [raster.region(surface)] if raster and area is None else regions_of(area, surface, base_dir,
-                                                                                  f"{key}.region")
+    regions = [raster.region(surface)] if raster and area is None else regions_of(
+        area, surface, base_dir, f"{key}.region", spec.get("attribute"))
     positions, volumes = [], []
     for region in regions:
         if raster is None:
@@ -52,7 +52,9 @@ def _top(bottom, top, region, key):
     if top is not None and top != "file":
         return float(top)
     if region.thickness is None:
-        raise InputError.at(f"{key}.top", top, f"{region.label} has no attribute 'thickness': give top in metres")
+        absent = region.flaw.startswith("has no ")
+        how = f"{'name another with attribute' if absent else 'mend the file'}, or give top in metres"
+        raise InputError.at(f"{key}.top", top, f"{region.label}: {region.flaw}: {how}")
     return bottom + region.thickness
 
 

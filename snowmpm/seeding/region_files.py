@@ -4,13 +4,14 @@ import json
 import re
 import warnings
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
+from snowmpm.seeding import attributes
+from snowmpm.seeding.shapefiles import read_shapefile
 from snowmpm.terrain.reference_system import WORLD, ReferenceSystem, system_beside
 
 GIS = "needs the gis extra: pip install 'snowmpm[gis]'"
@@ -23,14 +24,18 @@ UNDEFINED = re.compile("undefined", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Feature:
-    """parts: polygons, each a list of rings (n, 2), its outline and the holes in it; thickness [m] or None."""
+    """parts: polygons, each a list of rings (n, 2), its outline and the holes in it; thickness [m], or None; flaw: why
+    there is none."""
 
     parts: list
     thickness: float | None
+    flaw: str
 
 
-def read_features(path, key, terrain=None):
+def read_features(path, key, terrain=None, attribute=None):
     """Features of the polygons in a .shp, .geojson or .gpkg file, in the system of the terrain.
+
+    attribute: the one that holds the thickness; `attributes.USUAL` when missing.
 
     terrain: its `ReferenceSystem`, None where it names none. A shapefile is in the system of the .prj beside it,
     GeoJSON in that of its member `crs`, else in longitude and latitude if it can be, as RFC 7946 has it; a GeoPackage,
@@ -40,8 +45,9 @@ def read_features(path, key, terrain=None):
     InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
     terrain's system does not reach.
     """
-    features, system, told = _read(path, key)
+    polygons, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute))
     where = f"{key} = {str(path)!r}"
+    features = _with_thickness(polygons, names, attribute, told)
     if not features:
         raise InputError.at(key, str(path), "holds no polygon")
     corners = np.concatenate([np.empty((0, 2)), *(ring for f in features for rings in f.parts for ring in rings)])
@@ -55,7 +61,7 @@ def read_features(path, key, terrain=None):
         told.append(f"is in {system.name}, and the terrain names no coordinate system: taken as the same")
     elif system is not None:
         features = [Feature([[_carried(ring, system, terrain, where) for ring in rings] for rings in feature.parts],
-                            feature.thickness) for feature in features]
+                            feature.thickness, feature.flaw) for feature in features]
     if told:
         warnings.warn(f"{where}: {'; '.join(told)}", stacklevel=2)
     return features
@@ -63,11 +69,28 @@ def read_features(path, key, terrain=None):
 
 def system_of(path, key):
     """`ReferenceSystem` that a .shp, .geojson or .gpkg file names, None where it names none. InputError."""
-    return system_beside(path) if Path(path).suffix.lower() == ".shp" else _read(path, key)[1]
+    return system_beside(path) if Path(path).suffix.lower() == ".shp" else _read(path, key)[2]
 
 
-def _read(path, key):
-    """Features as stored in the file, its system or None, and warnings for the user."""
+def _with_thickness(polygons, names, attribute, told):
+    """Features of polygons with a value each."""
+    name = attributes.chosen(names, attribute)
+    if name is None:
+        has = f"its attributes are {', '.join(names[:8])}{' ...' if len(names) > 8 else ''}" if names else "it has none"
+        flaw = f"has no attribute {attribute or attributes.USUAL[0]!r} ({has})"
+        return [Feature(parts, None, flaw) for parts, _ in polygons]
+    if attribute is None and name.lower() != attributes.USUAL[0]:
+        told.append(f"the thickness is taken from its attribute {name}")
+    found = []
+    for number, (parts, value) in enumerate(polygons, 1):
+        thickness, flaw = attributes.thickness_of(value)
+        found.append(Feature(parts, thickness, flaw and f"polygon {number}: {name} {flaw}"))
+    return found
+
+
+def _read(path, key, choose=lambda names: None):
+    """[(parts, value of an attribute)] as stored in the file, names of the attributes, its system or None, and warnings
+    for the user."""
     suffix = Path(path).suffix.lower()
     if suffix not in READERS:
         raise InputError.at(key, str(path), "must be a .shp, .geojson or .gpkg file")
@@ -76,7 +99,7 @@ def _read(path, key):
         read_budget.allow(where, FILE_BYTES * Path(path).stat().st_size, "its polygons")
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    return READERS[suffix](path, key)
+    return READERS[suffix](path, key, choose)
 
 
 def _of_plain_geojson(corners, terrain):
@@ -97,29 +120,9 @@ def _carried(ring, system, terrain, where):
     return moved
 
 
-def _shapefile(path, key):
-    try:
-        import shapefile
-    except ImportError:
-        raise InputError.at(key, str(path), f"a shapefile {GIS}") from None
-    features, others = [], 0
-    try:
-        with shapefile.Reader(str(path)) as reader:
-            for shape, record in zip(reader.shapes(), _records(reader), strict=True):
-                if "POLYGON" not in shape.shapeTypeName:
-                    others += shape.shapeType != shapefile.NULL
-                    continue
-                points, parts = np.asarray(shape.points, float), [*shape.parts, len(shape.points)]
-                rings = [points[a:b, :2] for a, b in pairwise(parts)]
-                features.append(Feature(_nested(rings), _thickness(record)))
-    except Exception as error:  # on damaged files pyshp raises struct, OS and its own errors
-        raise InputError.at(key, str(path), "is not a readable shapefile") from error
-    return features, system_beside(path), _left_out(others)
-
-
-def _records(reader):
-    """Attributes of each shape; empty ones where the .dbf file is missing."""
-    return [r.as_dict() for r in reader.records()] if reader.dbf else [{}] * len(reader)
+def _shapefile(path, key, choose):
+    shapes, names, told = read_shapefile(path, key, choose)
+    return [(_nested(rings), value) for rings, value in shapes], names, system_beside(path), told
 
 
 def _nested(rings):
@@ -140,11 +143,12 @@ def _nested(rings):
     return list(polygons.values())
 
 
-def _geojson(path, key):
+def _geojson(path, key, choose):
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
+        # Text is in UTF-8 by definition; what is not concerns no number
+        data = json.loads(Path(path).read_bytes().decode("utf-8-sig", "replace"))
         features = data["features"] if data["type"] == "FeatureCollection" else [data]
-        found, others = [], 0
+        found, others, names = [], 0, {}
         for feature in features:
             is_feature = feature["type"] == "Feature"
             geometry = feature["geometry"] if is_feature else feature
@@ -152,18 +156,22 @@ def _geojson(path, key):
             polygons, left = _polygons(geometry)
             others += left
             if polygons:
-                parts = [[_corners(ring) for ring in polygon] for polygon in polygons]
-                found.append(Feature(parts, _thickness(properties)))
+                names |= dict.fromkeys(properties)
+                found.append(([[_corners(ring) for ring in polygon] for polygon in polygons], properties))
         named = data.get("crs")
         system = None if named is None else ReferenceSystem.named(named["properties"]["name"], f"{path}: crs")
+        name = choose(names)
+        # In the case that each feature has
+        same = [one for one in names if name is not None and one.lower() == name.lower()]
+        found = [(parts, next((own[one] for one in same if one in own), None)) for parts, own in found]
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
     except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
         raise InputError.at(key, str(path), "is not a readable GeoJSON file") from error
-    return found, system, _left_out(others)
+    return found, tuple(names), system, _left_out(others)
 
 
-def _geopackage(path, key):
+def _geopackage(path, key, choose):
     try:
         import pyogrio
         import pyogrio.raw
@@ -178,20 +186,21 @@ def _geopackage(path, key):
         if len(layers) != 1:
             named = f"{len(layers)} layers of polygons, {', '.join(map(str, layers))}" if layers else "no polygon"
             raise InputError.at(key, str(path), f"holds {named}: save the one that is meant in a file of its own")
-        meta, _, geometries, columns = pyogrio.raw.read(path, layer=layers[0])
+        names = tuple(pyogrio.read_info(path, layer=layers[0])["fields"])
+        name = choose(names)
+        meta, _, geometries, columns = pyogrio.raw.read(path, layer=layers[0], columns=[name] if name else [])
         found = []
         for row, geometry in enumerate(shapely.from_wkb(geometries)):
             parts = [[np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]
                      for part in shapely.get_parts(geometry) if part.geom_type == "Polygon" and not part.is_empty]
             if parts:
-                own = dict(zip(meta["fields"], (column[row] for column in columns), strict=True))
-                found.append(Feature(parts, _thickness(own)))
+                found.append((parts, columns[0][row] if name else None))
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, shapely.errors.GEOSException,
             ValueError) as error:
         raise InputError.at(key, str(path), "is not a readable GeoPackage") from error
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    return found, _system(meta["crs"], f"{path}: its layer {layers[0]}"), []
+    return found, names, _system(meta["crs"], f"{path}: its layer {layers[0]}"), []
 
 
 def _system(text, where):
@@ -224,17 +233,6 @@ def _corners(ring):
 
 def _left_out(others):
     return [f"{others} of its geometries are no polygons and are left out"] if others else []
-
-
-def _thickness(attributes):
-    """The attribute `thickness` [m], whatever its case; None where it is missing or no positive finite number."""
-    for name, value in attributes.items():
-        if name.lower() == "thickness":
-            try:
-                return float(value) if 0.0 < float(value) < np.inf else None
-            except (TypeError, ValueError, OverflowError):
-                return None
-    return None
 
 
 READERS = {".shp": _shapefile, ".geojson": _geojson, ".json": _geojson, ".gpkg": _geopackage}

@@ -18,7 +18,7 @@ class Region:
 
     lower, upper (dim - 1,) [m]: bounds; polygons: the area, None for the whole box; thickness [m]: of the snow there,
     as given by the file, or None; label: name in messages; to_border: the region ends with the terrain (an axis was
-    left free), instead of refusing parts off the terrain.
+    left free), instead of refusing parts off the terrain; flaw: why a file gives no thickness.
     """
 
     lower: np.ndarray
@@ -27,6 +27,7 @@ class Region:
     thickness: float | None = None
     label: str = "region"
     to_border: bool = False
+    flaw: str = "has no attribute 'thickness'"
 
     def area(self):
         """Plan area [m2], length [m] in 2-D."""
@@ -40,12 +41,12 @@ class Region:
         return whole.boundary
 
 
-def regions_of(spec, surface, base_dir, key):
+def regions_of(spec, surface, base_dir, key, attribute=None):
     """Regions of a scene's region table; without one, the whole terrain.
 
     spec: None or an object with one of x = [x0, x1] (and y = [y0, y1] in 3-D, default all of the terrain), polygon =
-    [[x, y], ...], file = .shp, .geojson or .gpkg (polygons; attribute `thickness` [m] where there is one; carried into
-    the surface's reference system).
+    [[x, y], ...], file = .shp, .geojson or .gpkg (polygons; an attribute for the thickness [m] where there is one;
+    carried into the surface's reference system). attribute: its name, by default `attributes.USUAL`.
     InputError: no area, unreadable file, a polygon in 2-D.
     """
     d = surface.dim - 1
@@ -60,7 +61,8 @@ def regions_of(spec, surface, base_dir, key):
         if len(given) > 1:
             raise InputError(f"{key}: give one of x and y, polygon, or file, not {' and '.join(given)}")
         if "file" in given:
-            return read_regions(existing(given["file"], base_dir, f"{key}.file"), f"{key}.file", surface.system)
+            return read_regions(existing(given["file"], base_dir, f"{key}.file"), f"{key}.file", surface.system,
+                                attribute)
         area = Polygons.of([[given["polygon"]]], f"{key}.polygon")
         return [Region(*area.bounds(), area, None, f"{key}.polygon")]
     for axis, name in enumerate(("x", "y")[:d]):
@@ -72,23 +74,24 @@ def regions_of(spec, surface, base_dir, key):
     return [Region(lower, upper, label=key, to_border=len(given) < d)]
 
 
-def read_regions(path, key, terrain=None):
+def read_regions(path, key, terrain=None, attribute=None):
     """Regions of the polygons in a .shp, .geojson or .gpkg file, without overlap: an area shared by two belongs to the
     first.
 
-    terrain: `ReferenceSystem` of the terrain, None where it names none; see `region_files.read_features`. Overlaps and
-    repairs cause warnings. InputError: unreadable, no polygon, a polygon without area.
+    terrain: `ReferenceSystem` of the terrain, None where it names none; attribute: see
+    `region_files.read_features`. Overlaps and repairs cause warnings. InputError: unreadable, no polygon, a polygon
+    without area.
     """
     label = f"{key} = {Path(path).name!r}"
     regions, shared, kept = [], 0.0, []
-    for feature in read_features(path, key, terrain):
+    for feature in read_features(path, key, terrain, attribute):
         area = Polygons.of(feature.parts, label)
         whole = area.area()
         for other in kept:
             area = area.without(other) if area.area() > 0.0 and area.touches_box(other) else area
         shared += whole - area.area()
         if area.area() > 1e-9 * whole:
-            regions.append(Region(*area.bounds(), area, feature.thickness, label))
+            regions.append(Region(*area.bounds(), area, feature.thickness, label, flaw=feature.flaw))
             kept.append(area)
     if shared > 1e-9 * sum(area.area() for area in kept):
         warnings.warn(f"{label}: its polygons overlap: the {shared:.6g} m2 that two of them share count once, with the"

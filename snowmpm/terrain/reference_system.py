@@ -2,11 +2,11 @@
 
 import re
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import companion
 
 LARGEST_TEXT = 100_000
 """Largest size of a .prj file [bytes]."""
@@ -145,16 +145,16 @@ def WORLD():
 
 def system_beside(path):
     """System that the .prj file beside a file names, as other programs write it; None without one. InputError."""
-    beside = Path(path).with_suffix(".prj")
-    if not beside.is_file():
+    file = companion(path, ".prj")
+    if file is None:
         return None
-    if beside.stat().st_size > LARGEST_TEXT:
-        raise InputError(f"{beside}: has {beside.stat().st_size} bytes: must be a coordinate system, in text")
+    if file.stat().st_size > LARGEST_TEXT:
+        raise InputError(f"{file}: has {file.stat().st_size} bytes: must be a coordinate system, in text")
     try:
-        text = beside.read_text(encoding="utf-8", errors="replace").strip()
+        text = file.read_text(encoding="utf-8-sig", errors="replace").strip()
     except OSError as error:
-        raise InputError(f"{beside}: cannot be read ({error.strerror})") from error
-    return ReferenceSystem.of_text(text, beside) if text else None
+        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+    return ReferenceSystem.of_text(text, file) if text else None
 
 
 def _pyproj():
