@@ -86,9 +86,11 @@ def new(
     file = folder / f"{name}.toml"
     if file.exists() and not overwrite:
         raise InputError(f"{file} is there already: --overwrite it, or choose another name")
+    from snowmpm.cli.options import Backend
+    from snowmpm.cli.run import start_taichi
     from snowmpm.scenes import load_scene, starts
     from snowmpm.scenes.edited import edited
-    from snowmpm.setup.first_scene import scene_on_ground
+    from snowmpm.setup.first_scene import outlook, scene_on_ground
     from snowmpm.setup.refusals import refuse_beyond
 
     told = []
@@ -101,11 +103,19 @@ def new(
                                      method is SceneMethod.depth)
     else:
         text = starts.start_from("profile", name=name, file=file)
-    text = edited(text, setting_values(settings))
+    given = setting_values(settings)
+    text = edited(text, given)
     with draft(file) as part:
         part.write_bytes(text.encode())
         try:
-            refuse_beyond(load_scene(part))
+            scene = load_scene(part)
+            refuse_beyond(scene)
+            if ground:
+                start_taichi(Backend.cpu, None)
+                chosen, size = outlook(scene)
+                text = edited(text, {key: value for key, value in chosen.items() if key not in given})
+                part.write_bytes(text.encode())
+                told.insert(3, f"{size}, to {load_scene(part).end_time:g} s or until it rests")
         except InputError as error:
             raise InputError(str(error).replace(str(part), str(file))) from None
     print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} --render"]))

@@ -2,14 +2,17 @@
 
 import math
 import os
+import warnings
 
 import numpy as np
 
 from snowmpm.errors import InputError, nearest_file
+from snowmpm.methods import METHODS
 from snowmpm.scenes import starts
 from snowmpm.scenes.terrain import Dem, Mesh
-from snowmpm.seeding.lattice import sub_layers
 from snowmpm.seeding.regions import read_regions
+from snowmpm.setup.build import build
+from snowmpm.stepping.abilities import course
 from snowmpm.terrain import load_terrain
 from snowmpm.terrain.first_release import STEEP, first_release, may_leave
 
@@ -18,14 +21,17 @@ RASTERS = (".asc", ".tif", ".tiff")
 PARTICLES = 40_000  # about so many: a few minutes
 FRICTION = 0.35  # of the bed, as the scene has it
 FRAMES = 150  # at most about so many
-COLUMNS = 6  # of a depth-averaged flow in a cell, as the scene has it
+LATER = 2.0  # end time of a depth-averaged flow over the moment at which blocks that slide without pressure rest
+LONGEST = 3600.0  # s, within which they are looked for
 LEAST_CELL, USUAL_CELL, MOST_CELL = 1.0, 5.0, 10.0  # m, of a depth-averaged flow
 ACROSS = 8.0  # cells across a release, at the least
+SAMPLES = 60  # along each side of a release: places at which the ground's slope is measured
 LONG = 300.0  # thicknesses of the snow, from which on a slope is long against its depth
 
 
 def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None, in_plan=False):
-    """Text of a scene `name` to be written to `file`, and lines that summarise it.
+    """Text of a scene `name` to be written to `file`, with an end time that `outlook` puts right, and lines that
+    summarise it.
 
     ground: mesh or raster; release: polygons in plan (.geojson, .shp, .gpkg), or None for a first guess; thickness of
     the snow [m], or None for that of the polygons, or one that suits the size of the slope; unit: of a raster's
@@ -35,41 +41,43 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
     surface, kind = _load(ground, unit)
     extent = surface.upper - surface.lower
     words = f"{extent[0]:.4g} m by {extent[1]:.4g} m in plan, {extent[2]:.4g} m high"
-    own = None  # thickness that the release's file gives
+    own, assumed = None, ""  # thickness that the release's file gives
     if release is None:
         found = first_release(surface, thickness or _usual(extent))
         region = f"{{ x = {_pair(found.x)}, y = {_pair(found.y)} }}"
         sides = " by ".join(f"{high - low:.3g} m" for low, high in (found.x, found.y))
         where = f"{sides} in plan, {found.slope:.0f} degrees steep"
-        area, slope, centre = found.area, found.slope, (sum(found.x) / 2.0, sum(found.y) / 2.0)
+        area, centre = found.area, (sum(found.x) / 2.0, sum(found.y) / 2.0)
+        stretch = 1.0 / math.cos(math.radians(min(found.slope, 60.0)))
         told = [f"ground: {words}", f"release: {where}; a guess, to be put right in the file"]
-        if slope < STEEP[0]:
-            told.append(f"the steepest part has {slope:.0f} degrees, and avalanches want {STEEP[0]:g}: is z up, in m?")
+        if found.slope < STEEP[0]:
+            told.append(f"the steepest part has {found.slope:.0f} degrees, and avalanches want {STEEP[0]:g}: is z up,"
+                        " in m?")
     else:
         if not release.is_file():
             raise InputError(f"--release {release}: no such file{nearest_file(release)}")
-        polygons = read_regions(release.resolve(), "--release", surface.system)
-        given = [polygon.thickness for polygon in polygons]
-        own = None if None in given else sum(given) / len(given)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # told again when the scene is built
+            polygons = read_regions(release.resolve(), "--release", surface.system)
+        own, assumed = _given_thickness(polygons, release, thickness)
         where, region = f"{release.name}", f"{{ file = {starts.quoted(_relative(release, file))} }}"
-        area, slope = sum(polygon.area() for polygon in polygons), 35.0
+        area = sum(polygon.area() for polygon in polygons)
+        stretch = _stretch(surface, polygons)
         centre = sum(polygon.area() * (polygon.lower + polygon.upper) / 2.0 for polygon in polygons) / area
         told = [f"ground: {words}", f"release: {area:.4g} m2 in plan from {release}"]
     side = math.sqrt(area)
     thick = thickness or own or _rounded(min(_usual(extent), 0.2 * side))
-    volume = area / math.cos(math.radians(min(slope, 60.0))) * thick
+    volume = area * stretch * thick
     length = float(math.hypot(*extent))
     if in_plan:
         dx = _cell_in_plan(surface, side)
-        particles, unit_of = COLUMNS * volume / thick / dx**2, "columns"
     else:
         # Between the coarsest that is accepted and a third of the thickness
         dx = _rounded(min(max((8.0 * volume / PARTICLES) ** (1.0 / 3.0), thick / 3.0), 1.5 * thick))
-        rows, _, spacing = sub_layers(0.0, thick, 0.5 * dx, 3)
-        particles, unit_of = rows * volume / thick / spacing**2, "particles"
-    end = max(4.0, round((6.0 if in_plan else 3.0) * math.sqrt(length)))
-    interval = next(step for step in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 1e9) if end / step <= FRAMES)
-    told.append(f"{thick:g} m thick, dx = {dx:g} m, about {round(particles, -2):.0f} {unit_of}, {end:g} s")
+    end = max(4.0, round(3.0 * math.sqrt(length)))
+    told.append(f"thickness: {thick:.4g} m" + (
+        (", from the file" if own is not None else f", an assumption{assumed}; --thickness gives another")
+        if thickness is None else f", in place of {own:.4g} m of the file" if own is not None else ""))
     if not in_plan and length > LONG * thick:
         told.append("long against its depth: --method depth gives its run-out and maps in seconds")
     if surface.system is None:
@@ -82,10 +90,52 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
         "ground_depth" if in_plan else "ground", name=name, file=file, ground=ground.name, kind=kind,
         path=starts.quoted(_relative(ground, file)), extent=words, found=where, region=region,
         top='"file"' if from_file else f"{thick:g}", dx=f"{dx:g}",
-        end_time=f"{end:.1f}", friction=f"{FRICTION:g}", interval=f"{interval:g}",
+        end_time=f"{end:.1f}", friction=f"{FRICTION:g}", interval=f"{_interval(end):g}",
         unit=f"\nelevation_unit = {starts.quoted(unit)}" if unit else "", house=_vector(foot),
         roof=_vector(foot + np.array([10.0, 10.0, 9.0])))
     return text, told
+
+
+def outlook(scene):
+    """What is known once a first scene is built: {key: value} to be set in it, and a line that says how large it is.
+
+    A depth-averaged flow gets an end time at which it has stopped: LATER times that of blocks which slide down without
+    pressure. Raises InputError for a scene that cannot be built.
+    """
+    model = build(scene)
+    solver, values = model.solver(), {}
+    blocks = course(solver, LONGEST, scene.output.interval)
+    if blocks is not None:
+        end = max(20.0, 10.0 * math.ceil(0.1 * LATER * blocks.rests))
+        values = {"end_time": end, "output.interval": _interval(end)}
+    kind = METHODS[scene.solver.method].particles
+    return values, f"dx = {scene.solver.dx:g} m, {len(model.population.volumes)} {kind}"
+
+
+def _interval(end):
+    return next(step for step in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 1e9) if end / step <= FRAMES)
+
+
+def _given_thickness(polygons, release, thickness):
+    """Mean thickness [m] that a file gives, None where it gives none, and why some have none. Raises InputError where
+    some polygons have one and others do not, or a value is none, unless another thickness [m] is given."""
+    given = [polygon.thickness for polygon in polygons if polygon.thickness is not None]
+    flaw = next((polygon.flaw for polygon in polygons if polygon.thickness is None), "")
+    if thickness is None and flaw and not flaw.startswith("has no "):
+        others = f"; others have {', '.join(f'{value:g}' for value in given[:3])} m" if given else ""
+        raise InputError(f"--release {release}: {flaw}{others}: complete the file, or give --thickness for all")
+    return sum(given) / len(given) if given else None, flaw and f": {release.name} {flaw}"
+
+
+def _stretch(surface, polygons):
+    """Area on the ground over that in plan, of polygons."""
+    lower, upper = (np.array(ends) for ends in ([p.lower for p in polygons], [p.upper for p in polygons]))
+    lower, upper = lower.min(axis=0), upper.max(axis=0)
+    places = np.stack(np.meshgrid(*np.linspace(lower, upper, SAMPLES).T, indexing="ij"), axis=-1).reshape(-1, 2)
+    inside = np.logical_or.reduce([polygon.polygons.contains(places) for polygon in polygons])
+    gradient = surface.gradient(places[inside], float((upper - lower).min()) / SAMPLES)
+    gradient = gradient[np.isfinite(gradient).all(axis=1)]
+    return float(np.sqrt(1.0 + (gradient**2).sum(axis=1)).mean()) if len(gradient) else 1.2
 
 
 def _cell_in_plan(surface, side):

@@ -1,5 +1,6 @@
 """Scenes to start from: they load, they say what they are, and nothing is lost."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
+import snowmpm
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.library import FOLDER
 from snowmpm.seeding import seed_body
@@ -121,6 +123,52 @@ def test_a_depth_averaged_scene_on_an_own_raster_runs(call, release):
     assert scene.solver.dx == 10.0  # the raster's
     result = call("run", "path.toml", "-o", "first", "-q", "--set", "end_time=1.0", "--set", "output.interval=1.0")
     assert result.code == 0, result.err
+
+
+def test_a_first_depth_averaged_scene_ends_at_rest(call):
+    """Before its end time, and with as many columns as it said."""
+    for name in ("valley.asc", "valley_release.geojson"):
+        shutil.copy(FOLDER / name, name)
+    made = call("new", "path", "--terrain", "valley.asc", "--release", "valley_release.geojson", "--method", "depth")
+    assert made.code == 0, made.err
+    done = call("run", "path.toml", "-o", "first", "-q")
+    assert done.code == 0, done.err
+    run = snowmpm.Run("first")
+    assert run.summary["ended"] and run.times[-1] < load_scene("path.toml").end_time
+    assert f"{run.summary['particles']} columns" in made.out
+
+
+def release_with(rows):
+    """The polygon of the valley once for each row of attributes, side by side."""
+    data = json.loads((FOLDER / "valley_release.geojson").read_text())
+    shape = json.dumps(data["features"][0]["geometry"])
+    ring = np.array(data["features"][0]["geometry"]["coordinates"][0])
+    features = []
+    for i, row in enumerate(rows):
+        geometry = json.loads(shape)
+        geometry["coordinates"] = [(ring.mean(axis=0) + 0.2 * (ring - ring.mean(axis=0)) + [40.0 * i, 0.0]).tolist()]
+        features.append({"type": "Feature", "properties": row, "geometry": geometry})
+    Path("release.geojson").write_text(json.dumps({**data, "features": features}))
+
+
+@pytest.mark.parametrize(("rows", "options", "top", "words"), [
+    ([{"d0": 0.6}], (), "file", "thickness: 0.6 m, from the file"),
+    ([{"depth": 0.6}], (), 1.5,
+     "an assumption: release.geojson has no attribute 'thickness' (its attributes are depth)"),
+    ([{}], ("--thickness", "0.7"), 0.7, "thickness: 0.7 m\n"),
+    ([{"thickness": 0.6}, {"thickness": None}], ("--thickness", "0.7"), 0.7, "0.7 m, in place of 0.6 m of the file"),
+    ([{"thickness": 0.6}, {"thickness": None}], (), None, "polygon 2: thickness is missing; others have 0.6 m"),
+    ([{"thickness": "1,2"}], (), None, "polygon 1: thickness = '1,2': must be a number of metres; with a point: 1.2"),
+])
+def test_a_thickness_is_never_invented_in_silence(call, rows, options, top, words):
+    shutil.copy(FOLDER / "valley.asc", "valley.asc")
+    release_with(rows)
+    made = call("new", "path", "--terrain", "valley.asc", "--release", "release.geojson", "--method", "depth", *options)
+    assert words in made.out + made.err
+    if top is None:
+        assert made.code == 2 and not Path("path.toml").exists()
+    else:
+        assert made.code == 0 and load_scene("path.toml").bodies[0].shape.top == top
 
 
 def test_a_long_slope_is_pointed_to_the_depth_averaged_method(call):
