@@ -8,6 +8,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
+from snowmpm.seeding.attributes import THICKEST
 from snowmpm.seeding.regions import Region
 from snowmpm.terrain.raster import read_raster, system_of
 from snowmpm.terrain.raster_values import raster_values
@@ -30,16 +31,18 @@ class RasterThickness:
         return cls(existing(spec.file, base_dir, key), key, system)
 
     def at(self, plan):
-        """Thickness (n,) [m] at plan places (n, 2), 0 where the raster has none. InputError: a negative one."""
+        """Thickness (n,) [m] at plan places (n, 2), 0 where the raster has none. InputError: one that is none."""
         return self._checked(raster_values(self.path, self.key, QUANTITY, self.system, plan).values, *plan.T)
 
     def _checked(self, values, x, y):
         """Values at x and y with 0 in place of none."""
         values = np.nan_to_num(values)
-        if (values < 0.0).any():
-            i = int(values.argmin())
-            raise InputError.at(self.key, str(self.path), f"holds {values[i]:.6g} at x = {x[i]:.10g}, y = {y[i]:.10g}:"
-                                " a thickness must be 0 or more")
+        wrong = (values < 0.0) | (values > THICKEST)
+        if wrong.any():
+            i = int(wrong.argmax())
+            raise InputError.at(self.key, str(self.path), f"holds {values[i]:.6g} at x = {x[i]:.10g}, y = {y[i]:.10g},"
+                                f" and {np.count_nonzero(wrong) - 1} more such values: a thickness must be from 0 to"
+                                f" {THICKEST:g} m")
         return values
 
     def region(self, surface):

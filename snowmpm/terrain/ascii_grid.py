@@ -8,6 +8,8 @@ from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 
 HEADER = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
+BOM = b"\xef\xbb\xbf"
+"""Byte order mark that some editors write before UTF-8."""
 LARGEST_COUNT = 2**31
 """Columns or rows that a header may promise."""
 
@@ -25,7 +27,7 @@ def read_grid(path, key, window):
     try:
         size = Path(path).stat().st_size
         read_budget.allow(where, TEXT_BYTES * size, "its text")
-        lines = Path(path).read_text(encoding="ascii", errors="strict").splitlines()
+        lines = Path(path).read_bytes().removeprefix(BOM).decode("ascii").splitlines()
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.terrain import geotiff, map_units
+from snowmpm.terrain import geotiff, map_units, undeclared
 from snowmpm.terrain.ascii_grid import read_grid
 from snowmpm.terrain.reference_system import system_beside
 
@@ -44,8 +44,9 @@ def read_raster(path, box=None, key="terrain.file", elevation_unit=None, quantit
 
     A .tif names its reference system itself, the .prj file beside an .asc does. Feet are converted to metres, plan and
     heights each by its own unit; elevation_unit: that of heights, "m", "ft" or "us-ft", instead of what the file says.
-    A rotated or sheared raster is resampled. A warning names each conversion. Without a system, coordinates are taken
-    as metres. quantity: plural of what the values are; those that are no elevations are not converted.
+    A rotated or sheared raster is resampled. Cells with a number that stands for "none" have no value, declared or not
+    (`undeclared`). A warning names each conversion. Without a system, coordinates are taken as metres. quantity: plural
+    of what the values are; those that are no elevations are not converted.
     InputError: unknown kind of file, unreadable, degrees or another map that is not in lengths on the ground, no data
     at all, or none inside the box.
     """
@@ -54,7 +55,7 @@ def read_raster(path, box=None, key="terrain.file", elevation_unit=None, quantit
     if not elevated:
         elevation_unit = "m"  # as it is
     if _is_text(path, key, quantity):
-        raster, told = _ascii(path, box, key, where, elevation_unit)
+        raster, told = _ascii(path, box, key, where, elevation_unit, quantity)
     else:
         raster, told = _geotiff(path, box, key, where, elevation_unit, quantity)
     if not np.isfinite(raster.z).any():
@@ -85,11 +86,12 @@ def system_of(path, key="terrain.file", quantity=ELEVATIONS):
     return system and system.in_metres
 
 
-def _ascii(path, box, key, where, elevation_unit):
+def _ascii(path, box, key, where, elevation_unit, quantity):
     system = system_beside(path)
     frame = _Frame(system, box, where)
     x, y, z = read_grid(path, key, frame.window)
-    return frame.in_metres(x, y, z, map_units.height_metres(elevation_unit, None, system, where))
+    return frame.in_metres(x, y, z, map_units.height_metres(elevation_unit, None, system, where),
+                           quantity == ELEVATIONS)
 
 
 def _geotiff(path, box, key, where, elevation_unit, quantity):
@@ -98,7 +100,7 @@ def _geotiff(path, box, key, where, elevation_unit, quantity):
         frame = _Frame(system, box, where)
         x, y, z = geotiff.read_band(source, where, frame.window)
         height = map_units.height_metres(elevation_unit, source.units[0], system, where)
-        raster, told = frame.in_metres(x, y, z, height)
+        raster, told = frame.in_metres(x, y, z, height, quantity == ELEVATIONS)
         if source.transform.b or source.transform.d:
             told.append(f"its rows do not run east: {quantity} are interpolated on a raster that does")
         if source.count > 1:
@@ -121,11 +123,36 @@ class _Frame:
         self.metre = map_units.plan_metres(self.system, (0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1])), self.where)
         return tuple(_window(centres * self.metre, self.box, axis) for axis, centres in enumerate((x, y)))
 
-    def in_metres(self, x, y, z, height):
-        """`Raster` of what was read, and warnings for the user."""
+    def in_metres(self, x, y, z, height, elevated):
+        """`Raster` of what was read, without cells that only seem to hold a value, and warnings for the user."""
         system = self.system and self.system.in_metres
+        z, told = (_heights if elevated else _without_marks)(x, y, z, self.metre / height)
         said = map_units.converted(self.metre, height)
-        return Raster(x * self.metre, y * self.metre, z * height, system), [said] if said else []
+        return Raster(x * self.metre, y * self.metre, z * height, system), [*told, *([said] if said else [])]
+
+
+def _heights(x, y, z, scale):
+    """Heights without cells that stand for "none", and what to tell. scale: units of x over units of z."""
+    steps = [np.ptp(axis) / (len(axis) - 1) for axis in (x, y) if len(axis) > 1]
+    found = undeclared.undeclared_heights(z, max(steps) * scale) if steps else None
+    if found is None:
+        return z, []
+    side = "below" if found.off < 0.0 else "above"
+    off = "" if not abs(found.off) < undeclared.HUGE else f", {abs(found.off):.0f} {side} the others"
+    return np.where(found.where, np.nan, z), [
+        f"{np.count_nonzero(found.where)} cells hold no height but {found.value:.6g}{off}, which the file does not"
+        " declare as no data: taken as such"]
+
+
+def _without_marks(x, y, z, scale):
+    """The same for numbers that are no heights."""
+    found = undeclared.marked(z)
+    if not found.any():
+        return z, []
+    values, counts = np.unique(z[found], return_counts=True)
+    return np.where(found, np.nan, z), [
+        f"{np.count_nonzero(found)} cells hold {values[counts.argmax()]:.6g}, which the file does not declare as no"
+        " data: taken as such"]
 
 
 def _window(centres, box, axis):

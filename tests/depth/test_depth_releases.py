@@ -76,7 +76,7 @@ def test_a_raster_gives_the_thickness(tmp_path):
     assert 9.8 < here.min() < 10.4 and 29.6 < here.max() < 30.7
 
 
-@pytest.mark.parametrize(("value", "told"), [(-1.0, "a thickness must be 0 or more"), (0.0, "no cell with snow")])
+@pytest.mark.parametrize(("value", "told"), [(-1.0, "a thickness must be from 0 to 100 m"), (0.0, "no cell with snow")])
 def test_a_raster_without_snow_is_refused(tmp_path, value, told):
     values = np.full((20, 60), value)
     values[:, 30:40] = abs(value)

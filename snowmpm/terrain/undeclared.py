@@ -1,0 +1,108 @@
+"""Cells without data that a raster does not declare: numbers that stand for "none" taken as heights."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+MARKS = (-32768.0, -32767.0, 32767.0, 65535.0, -9999.0, 9999.0, -99999.0, 99999.0, -999999.0, -999.0)
+"""Numbers that programs write where there is no value."""
+
+HUGE = 1e19
+"""So is what is larger: the ends of single and double precision, and round numbers towards them."""
+
+TORN = 1000.0, 5.0
+"""Step between neighbouring cells that no ground has: both higher than this [m] and steeper than this (height over
+distance). The highest walls of the Earth are as high and less steep."""
+
+PIT = 50.0, 2.0
+"""The same for cells that are all 0, where each of their borders is such a step."""
+
+
+class Undeclared(NamedTuple):
+    """Cells without data that a raster takes for heights. where: mask; value: the number of most of them; off: how far
+    they lie off their neighbours [m], most of them."""
+
+    where: np.ndarray
+    value: float
+    off: float
+
+
+def marked(values):
+    """Mask of the values that are one of MARKS or HUGE."""
+    return np.isin(values, MARKS) | (np.abs(values) >= HUGE)
+
+
+def undeclared_heights(z, distance):
+    """`Undeclared` cells of heights z (rows, columns) [m], NaN where a cell has none, `distance` [m] apart; None: none.
+
+    Ground without steps beyond TORN in itself is one piece. Everything torn off the largest piece stands for "none":
+    -32768, 32767 or -3.4e38 beside heights, and what interpolation made of them, with the cells beside it. So do cells
+    of 0 that lie beyond PIT of all that is around them. Pieces of one of MARKS are never the ground.
+    """
+    from scipy.ndimage import binary_dilation  # slow to import
+
+    found = np.zeros(z.shape, bool)
+    step = max(TORN[0], TORN[1] * distance)
+    number, count = _pieces(z, step)
+    ground, suspect = None, marked(z)
+    if count > 1:
+        known = number >= 0
+        sizes = np.bincount(number[known & ~suspect], minlength=count)
+        if sizes.max() > 0:
+            ground = int(sizes.argmax())
+            found |= known & (number != ground)
+    elif suspect.any() and (suspect | np.isnan(z)).all():
+        found |= suspect
+    left = np.where(found, np.nan, z)
+    found |= _pits(left, max(PIT[0], PIT[1] * distance))
+    if not found.any():
+        return None
+    if len(np.unique(z[found & ~suspect & (z != 0.0)])) > 1:  # interpolated with heights, as cells beside them were
+        found |= binary_dilation(found, np.ones((3, 3), bool)) & np.isfinite(z)
+    values, counts = np.unique(z[found], return_counts=True)
+    value = float(values[counts.argmax()])
+    rest = np.where(found, np.nan, z)
+    off = value - float(np.nanmedian(rest)) if not np.isnan(rest).all() else np.nan
+    return Undeclared(found, value, off)
+
+
+def _pieces(z, step):
+    """Number of the piece (rows, columns) that each cell belongs to, -1 without a value, and how many there are: cells
+    of one piece are joined by steps smaller than `step`."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    known = np.isfinite(z)
+    # Most rasters have no such step at all
+    across, along = np.abs(np.diff(z, axis=1)), np.abs(np.diff(z, axis=0))
+    if not ((across > step).any() or (along > step).any()):
+        return np.where(known, 0, -1), 1
+    index = np.arange(z.size).reshape(z.shape)
+    ends = [(index[:, :-1][across <= step], index[:, 1:][across <= step]),
+            (index[:-1][along <= step], index[1:][along <= step])]
+    a, b = (np.concatenate([pair[k] for pair in ends]) for k in (0, 1))
+    _, number = connected_components(coo_matrix((np.ones(len(a), bool), (a, b)), (z.size, z.size)), directed=False)
+    number = number.reshape(z.shape)
+    kept, number[known] = np.unique(number[known], return_inverse=True)
+    number[~known] = -1
+    return number, len(kept)
+
+
+def _pits(z, step):
+    """Mask of the cells of 0 that are `step` [m] and more off all that borders on them."""
+    from scipy.ndimage import label
+
+    zero = z == 0.0
+    found = np.zeros(z.shape, bool)
+    if not zero.any() or not (np.abs(np.nan_to_num(z)) >= step).any():
+        return found
+    number, count = label(zero)
+    least = np.full(count + 1, np.inf)
+    for axis in (0, 1):
+        first = np.moveaxis(number, axis, 0)
+        height = np.moveaxis(z, axis, 0)
+        for inner, outer in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
+            border = (first[inner] > 0) & (first[outer] == 0) & np.isfinite(height[outer])
+            np.minimum.at(least, first[inner][border], np.abs(height[outer][border]))
+    least[0] = 0.0
+    return np.isfinite(least)[number] & (least >= step)[number]
