@@ -43,7 +43,7 @@ def read_features(path, key, terrain=None, attribute=None):
     names none is taken in the terrain's coordinates, and so is a file in lengths if the terrain names none. A warning
     says when the system differs from what the file says.
     InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
-    terrain's system does not reach.
+    terrain's system does not reach, a system that the coordinates contradict.
     """
     polygons, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute))
     where = f"{key} = {str(path)!r}"
@@ -54,6 +54,9 @@ def read_features(path, key, terrain=None, attribute=None):
     if system is None and Path(path).suffix.lower() not in (".shp", ".gpkg"):
         system, said = _of_plain_geojson(corners, terrain)
         told += [said] if said else []
+    if system is not None and (wrong := system.contradiction(*corners.T)):
+        raise InputError(f"{where}: is tagged {system.name}, but {wrong}: the tag is wrong; name the right system with"
+                         " a GIS")
     if system is not None and terrain is None:
         if system.is_geographic or system.metre != 1.0:
             raise InputError(f"{where}: is in {system.unit} ({system.name}), and the terrain names no coordinate"

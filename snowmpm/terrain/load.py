@@ -78,7 +78,7 @@ def _mesh(spec, base_dir, dimension, box):
         raise InputError.at("terrain.file", str(path), "has no triangles with an area") from None
     _tell(path, defects(vertices, triangles, surface))
     system = system_beside(path)
-    if system is not None and plan_metres(system, surface.vertices[0, :2], f'terrain.file = "{path}"') != 1.0:
+    if system is not None and plan_metres(system, *surface.vertices[:, :2].T, f'terrain.file = "{path}"') != 1.0:
         raise InputError.at("terrain.file", str(path), f"is in {system.unit}: must be in metres")
     surface = replace(surface, system=system)
     return surface if box is None else surface.clipped(*box)

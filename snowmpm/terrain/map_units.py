@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.terrain.reference_system import SCALE
+from snowmpm.terrain.reference_system import FAR, SCALE
 
 FOOT, SURVEY_FOOT = 0.3048, 1200.0 / 3937.0
 
@@ -24,23 +24,31 @@ SPELLINGS = {
 METRES = {spelling: metres for metres, spellings in SPELLINGS.items() for spelling in spellings}
 """Metres in a unit of length, by the spellings that programs use, in lower case."""
 
+ASSIGN = ("the tag is wrong; name the right system (.tif: `rio edit-info --crs EPSG:... FILE`; .prj: with a GIS), or"
+          " take it away if coordinates are metres")
+
 STEEPEST = 10.0
 """Height over extent in plan beyond which x and y without a system are degrees rather than metres."""
 
 
-def plan_metres(system, centre, where):
+def plan_metres(system, x, y, where):
     """Metres in a unit of x and y of a raster; 1 where it names no system.
 
-    centre: its middle, as it is in the file; where: how a message begins. InputError: degrees, or a projection whose
-    metres are not metres on the ground.
+    x, y: ends of its axes, as they are in the file; where: how a message begins. InputError: degrees, a projection
+    whose metres are not metres on the ground, a system that the coordinates contradict.
     """
     if system is None:
         return 1.0
+    if wrong := system.contradiction(x, y):
+        raise InputError(f"{where}: is tagged {system.name}, but {wrong}: {ASSIGN}")
+    centre = 0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1])
     if system.is_geographic or not system.is_map:
         what = "degrees" if system.is_geographic else "no projection"
         raise InputError(f"{where}: is in {what} ({system.name}): project it to metres, as {_command(system, centre)}")
     scale = system.scale(*centre)
     if scale is not None and abs(scale - 1.0) > SCALE:
+        if doubt := doubted(system, *centre):
+            raise InputError(f"{where}: {doubt.partition(':')[0]}: {ASSIGN}")
         raise InputError(f"{where}: a metre on the ground is {scale:.3g} m of {system.name}: project it to metres on"
                          f" the ground, as {_command(system, centre)}")
     return system.metre
@@ -65,6 +73,12 @@ def height_metres(given, band_unit, system, where):
         raise InputError(f"{where}: x and y are in {system.unit}, and it does not say in what its elevations are: give"
                          f" terrain.elevation_unit, one of {', '.join(UNITS)}")
     return 1.0
+
+
+def doubted(system, x, y):
+    """A warning where a place lies far outside the area that a system is made for, "" elsewhere."""
+    off = system.far_off(x, y) if system is not None else 0.0
+    return f"lies {off:.0f} degrees outside the area of {system.name}: is this system right?" if off > FAR else ""
 
 
 def refuse_unnamed_degrees(raster, where):

@@ -116,11 +116,12 @@ class _Frame:
     """Georeference of a raster: its system, the requested plan box [m], and metres in a unit of x and y."""
 
     def __init__(self, system, box, where):
-        self.system, self.box, self.where, self.metre = system, box, where, None
+        self.system, self.box, self.where, self.metre, self.doubt = system, box, where, None, ""
 
     def window(self, x, y):
         """Slices of the centres x, y of a file that span the box, after checking that they are lengths."""
-        self.metre = map_units.plan_metres(self.system, (0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1])), self.where)
+        self.metre = map_units.plan_metres(self.system, x[[0, -1]], y[[0, -1]], self.where)
+        self.doubt = map_units.doubted(self.system, x[len(x) // 2], y[len(y) // 2])
         return tuple(_window(centres * self.metre, self.box, axis) for axis, centres in enumerate((x, y)))
 
     def in_metres(self, x, y, z, height, elevated):
@@ -128,7 +129,7 @@ class _Frame:
         system = self.system and self.system.in_metres
         z, told = (_heights if elevated else _without_marks)(x, y, z, self.metre / height)
         said = map_units.converted(self.metre, height)
-        return Raster(x * self.metre, y * self.metre, z * height, system), [*told, *([said] if said else [])]
+        return Raster(x * self.metre, y * self.metre, z * height, system), [*told, *filter(None, (said, self.doubt))]
 
 
 def _heights(x, y, z, scale):

@@ -18,6 +18,15 @@ national ones by 0.01, Web Mercator in the Alps by 0.47."""
 SAME = 1e-3
 """Difference of coordinates [m] below which two systems count as the same."""
 
+DEGREES = 360.0, 90.0
+"""Largest longitude and latitude."""
+
+LEAST_EXTENT = 2.0
+"""Extent [m] below which a map with coordinates that could be degrees has degrees."""
+
+FAR = 10.0
+"""Degrees outside the area that a system is made for from which on its name is doubted."""
+
 NAMED = re.compile(r"(?:urn:ogc:def:crs:)?(EPSG|OGC|ESRI|IAU_2015)(?::[\d.]*)?:{1,2}(\w+)", re.IGNORECASE)
 
 
@@ -115,6 +124,40 @@ class ReferenceSystem:
             return np.full_like(points, np.nan)
         same = self.is_map and to.is_map and np.abs(moved - points).max(initial=0.0) < SAME
         return points if same else moved
+
+    def contradiction(self, x, y):
+        """What coordinates x, y (in this system, as the file says) show to be wrong with it, "" where nothing is.
+
+        Degrees beyond 360 and 90 are none. Lengths within these that span less than LEAST_EXTENT are degrees.
+        """
+        x, y = (np.asarray(values, float) for values in (x, y))
+        x, y = x[np.isfinite(x)], y[np.isfinite(y)]
+        if not len(x) or not len(y):
+            return ""
+        at = f"x = {x[0]:.10g}, y = {y[0]:.10g}"
+        could_be = np.abs(x).max() <= DEGREES[0] and np.abs(y).max() <= DEGREES[1]
+        if self.is_geographic and not could_be:
+            return f"its coordinates, such as {at}, are no degrees"
+        if self.is_map and could_be and max(np.ptp(x), np.ptp(y)) * self.metre < LEAST_EXTENT and np.ptp(x) + np.ptp(y):
+            return f"its coordinates, such as {at}, look like degrees"
+        return ""
+
+    def far_off(self, x, y):
+        """Degrees by which one position lies outside the area that the system is made for; 0 where none is known."""
+        area = self._plan.area_of_use
+        if area is None:
+            authority = self._plan.to_authority(min_confidence=70)
+            area = authority and _pyproj().CRS.from_authority(*authority).area_of_use
+        if not area or not self.is_map:
+            return 0.0
+        longitude, latitude = self.carried(np.array([[x, y]], float), WORLD())[0]
+        if not np.isfinite([longitude, latitude]).all():
+            return 180.0
+        west, south, east, north = area.bounds
+        middle = 0.5 * (west + east) if east >= west else 0.5 * (west + east) + 180.0
+        half = 0.5 * (east - west) if east >= west else 0.5 * (east - west) + 180.0
+        beside = abs((longitude - middle + 180.0) % 360.0 - 180.0) - half
+        return float(max(beside, south - latitude, latitude - north, 0.0))
 
     def scale(self, x, y):
         """Scale factor (map over ground) at one position, the larger of both directions; None if unknown."""
