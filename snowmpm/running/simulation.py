@@ -24,6 +24,7 @@ from snowmpm.registry import resolved
 from snowmpm.running.audit import Audit
 from snowmpm.running.events import make_events
 from snowmpm.running.failure import diagnose
+from snowmpm.running.fall import fall_speed
 from snowmpm.running.relay import HandOver, Relay
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
@@ -97,6 +98,7 @@ class Simulation(Glance):
         self.settling_steps = 0
         check_step(scene, self.solver)
         self._stepping = components.stepping(self)
+        self._fastest = fall_speed(self.model)
         if approve:
             approve(self)
         if resumed is None:
@@ -184,6 +186,10 @@ class Simulation(Glance):
             known = diagnose(self.relay.scene.solver, self.solver, dt, components.symptoms(self.scene))
             # Two lines: a hint from the atlas of failures is more useful than general advice
             raise SimulationError(f"{str(error).splitlines()[0]}\n{known}" if known else str(error)) from error
+        if self.max_speed > self._fastest:
+            raise SimulationError(f"snow moves at {self.max_speed:.4g} m/s at t = {self.time:.6g} s, and a fall over"
+                                  f" all of the ground gives {self._fastest:.4g} m/s:\ncheck the terrain for steps that"
+                                  " no ground has, and the friction; lower solver.cfl")
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
             self.solver.time = until
         self.dt, self.dt_cause = dt, cause
@@ -195,7 +201,7 @@ class Simulation(Glance):
         """Add an acceleration that acts from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) returns
         accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not store it: add it again after restoring."""
         method = self.relay.scene.solver.method
-        accelerating = components.accelerating()
+        accelerating, self._fastest = components.accelerating(), math.inf
         require(self.relay.scene, accelerating.name, "solver.method", method, what="for add_acceleration")
         resolved(accelerating.accelerates)(self.solver, function)
 
