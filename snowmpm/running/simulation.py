@@ -31,6 +31,7 @@ from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
 from snowmpm.setup.input_files import digests
+from snowmpm.setup.mass_at_start import mass_doubts
 from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
@@ -102,7 +103,7 @@ class Simulation(Glance):
         if approve:
             approve(self)
         if resumed is None:
-            for doubt in (*doubts(self.model), *overloaded(scene)):
+            for doubt in (*doubts(self.model), *mass_doubts(self.model), *overloaded(scene)):
                 warnings.warn(str(doubt), stacklevel=2)
         if scene.initial.stress == "settle" and resumed is None and not self._begins_at_rest():
             self.settle()

@@ -10,6 +10,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     deep_release,
     ground_friction,
     layers,
+    mass,
     round_off,
     saw_column,
     shallow,
