@@ -9,8 +9,8 @@ from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
 from snowmpm.registry import SHAPES, resolved
 from snowmpm.seeding.polygons import Polygons
+from snowmpm.seeding.shells import Shells
 from snowmpm.seeding.voxels import phase_inside, read_voxels
-from snowmpm.terrain.distance import DistanceField
 from snowmpm.terrain.mesh import mesh_facets
 from snowmpm.terrain.surface import TerrainSurface
 
@@ -122,18 +122,15 @@ def prism(spec, dim, base_dir, key):
 def mesh(spec, dim, base_dir, key):
     """The inside of a closed mesh."""
     path = existing(spec.file, base_dir, f"{key}.file")
-    surface = TerrainSurface.of(*mesh_facets(path, f"{key}.file"))
+    vertices, facets = mesh_facets(path, f"{key}.file")
+    surface = TerrainSurface.of(vertices, facets)
     if not surface.closed:
         raise InputError.at(f"{key}.file", str(spec.file), "must be a closed mesh (it has open edges, so no inside)")
-    size = surface.upper - surface.lower
-    if not surface.volume() > 1e-9 * np.prod(size):
+    size, shells = surface.upper - surface.lower, Shells(vertices, facets, surface)
+    volume, exact = shells.volume(f"{key}.file = {str(spec.file)!r}")
+    if not volume > 1e-9 * np.prod(size):
         raise InputError.at(f"{key}.file", str(spec.file), "encloses no volume")
-    field = DistanceField(surface, reach=0.01 * float(size.max()))
-
-    def contains(points):
-        return field.query(points)[0] < 0
-
-    return Shape(surface.lower, np.eye(3), size, surface.volume(), contains, facets=surface.vertices[surface.facets])
+    return Shape(surface.lower, np.eye(3), size, volume, shells.contains, facets=shells.facets() if exact else None)
 
 
 def voxels(spec, dim, base_dir, key):

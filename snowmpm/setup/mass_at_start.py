@@ -100,10 +100,12 @@ def _in_layer(filled, points):
 
 
 def _shared(one, other):
-    """Volume [m3] that both hold, as the particles of one see it; 0 below LEAST of the smaller."""
-    near = ((one.positions > other.lower - other.spacing) & (one.positions < other.upper + other.spacing)).all(axis=1)
-    volume = one.volume * float(one.weights[near] @ other.holds(one.positions[near])) if near.any() else 0.0
-    return volume if volume > LEAST * min(one.volume, other.volume) else 0.0
+    """Volume [m3] that both hold, as the particles of the smaller see it; 0 below LEAST of that."""
+    small, large = sorted((one, other), key=lambda body: body.volume)
+    x = small.positions
+    near = ((x > large.lower - large.spacing) & (x < large.upper + large.spacing)).all(axis=1)
+    share = float(small.weights[near] @ large.holds(x[near])) if near.any() else 0.0
+    return share * small.volume if share > LEAST else 0.0
 
 
 def _neighbours(bodies):

@@ -1,0 +1,100 @@
+"""The inside of a mesh of one or several closed shells: bodies side by side, cavities, and shells that overlap."""
+
+import warnings
+
+import numpy as np
+
+from snowmpm.terrain import topology
+from snowmpm.terrain.distance import DistanceField
+from snowmpm.terrain.surface import TerrainSurface
+
+SAMPLES = 80
+"""Places along each side of the box at which the volume of shells that may overlap is measured: to about 0.2 %."""
+
+SAME = 0.01
+"""Relative difference of that volume from the sum of the shells' beyond which they count as overlapping."""
+
+
+class Shells:
+    """Closed shells, each a `TerrainSurface` that faces outwards, and +1 or -1: it holds snow, or a cavity.
+
+    A shell that faces the other way than most in the file is a cavity. A place is inside where the sum is above 0:
+    where shells overlap it counts once.
+    """
+
+    def __init__(self, vertices, facets, surface):
+        """vertices, facets: as in the file; surface: made of all of them, closed."""
+        self.parts, self.signs = [], []
+        vertices, facets = topology.tidied(np.asarray(vertices, float), np.asarray(facets))
+        number = parts_of(facets, len(vertices))
+        count = int(number.max()) + 1
+        if count == 1:
+            self.parts, self.signs = [surface], [1]
+        else:
+            for k in range(count):
+                own = facets[number == k]
+                used, own = np.unique(own, return_inverse=True)
+                corners = vertices[used][own.reshape(-1, 3)]
+                flux = np.linalg.det(corners - vertices[used].mean(axis=0)).sum()
+                self.parts.append(TerrainSurface.of(vertices[used], own.reshape(-1, 3)))
+                self.signs.append(int(np.sign(flux)) or 1)
+            total = sum(sign * part.volume() for sign, part in zip(self.signs, self.parts, strict=True))
+            if total < 0.0:  # the whole file faces inwards
+                self.signs = [-sign for sign in self.signs]
+        reach = [0.01 * float((part.upper - part.lower).max()) for part in self.parts]
+        self._fields = [DistanceField(part, reach=far) for part, far in zip(self.parts, reach, strict=True)]
+
+    def contains(self, points):
+        """Whether each point (n, 3) is inside (n,)."""
+        depth = np.zeros(len(points), int)
+        for part, sign, field in zip(self.parts, self.signs, self._fields, strict=True):
+            near = ((points >= part.lower) & (points <= part.upper)).all(axis=1)
+            if near.any():
+                depth[near] += sign * (field.query(points[near])[0] < 0)
+        return depth > 0
+
+    def facets(self):
+        """Corners (n, 3, 3) of all facets, which face away from the snow."""
+        return np.concatenate([part.vertices[part.facets if sign > 0 else part.facets[:, ::-1]]
+                               for part, sign in zip(self.parts, self.signs, strict=True)])
+
+    def volume(self, where):
+        """Volume [m3], and whether it is that of the shells' facets. A warning, which begins with `where`, tells of
+        shells that overlap."""
+        exact = float(sum(sign * part.volume() for sign, part in zip(self.signs, self.parts, strict=True)))
+        if len(self.parts) == 1 or not self._may_overlap():
+            return exact, True
+        lower = np.min([part.lower for part in self.parts], axis=0)
+        size = np.max([part.upper for part in self.parts], axis=0) - lower
+        rng = np.random.default_rng(0)
+        places = np.stack(np.meshgrid(*[np.arange(SAMPLES)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+        inside = self.contains(lower + (places + rng.random(places.shape)) / SAMPLES * size)
+        measured = float(inside.mean() * np.prod(size))
+        if abs(measured - exact) <= SAME * max(measured, exact):
+            return exact, True
+        warnings.warn(f"{where}: its shells overlap: what lies in several counts once, {measured:.4g} m3 of"
+                      f" {exact:.4g} m3", stacklevel=2)
+        return measured, False
+
+    def _may_overlap(self):
+        """Whether the boxes of two shells that hold snow overlap, or a shell lies in another."""
+        lower, upper = np.array([p.lower for p in self.parts]), np.array([p.upper for p in self.parts])
+        order = np.argsort(lower[:, 0])
+        active = []
+        for i in order:
+            active = [j for j in active if upper[j, 0] > lower[i, 0]]
+            if any(((lower[j] < upper[i]) & (lower[i] < upper[j])).all() for j in active):
+                return True
+            active.append(i)
+        return False
+
+
+def parts_of(facets, n_vertices):
+    """Number of the connected part that each facet (n, 3) belongs to."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    a, b = np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]]]).T
+    _, number = connected_components(coo_matrix((np.ones(len(a), bool), (a, b)), (n_vertices, n_vertices)),
+                                     directed=False)
+    return np.unique(number[facets[:, 0]], return_inverse=True)[1].reshape(-1)
