@@ -57,7 +57,7 @@ class Course:
     def _tabulated(cls, spec, dim, base_dir):
         axes = "xz" if dim == 2 else "xyz"
         path = existing(spec.file, base_dir, "gravity.file")
-        columns, lines = read_number_table(path, ("time", *axes))
+        columns, lines = read_number_table(path, {"time": "s", **dict.fromkeys(axes, "m/s2")})
         if "time" not in columns or len(columns) < 2:
             raise InputError(f"{path}: needs a column time and at least one of {', '.join(axes)}")
         times, full = columns["time"], as_vector(spec.value, dim)

@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 
-from snowmpm.errors import SimulationError
+from snowmpm.errors import InputError, SimulationError
 from snowmpm.prescribed.space_time_table import SpaceTimeTable
+
+PLACES, MOMENTS = 500, 61
+"""Places and times at which a formula is tried before a run."""
 
 
 class Field:
@@ -18,7 +21,7 @@ class Field:
         self.numbers = numbers
         self._functions = self._table = None
         if spec.file is not None:
-            self._table = SpaceTimeTable(spec.file, base_dir, f"{key}.file", dim, self.columns(dim))
+            self._table = SpaceTimeTable(spec.file, base_dir, f"{key}.file", dim, self.columns(dim), spec.UNIT)
             lasting = self._table.until
         else:
             values = spec.value if isinstance(spec.value, tuple) else (spec.value,)
@@ -30,6 +33,18 @@ class Field:
         """Share of a step of dt [s] from `time` [s] in which it acts."""
         stop = math.inf if self.spec.stop is None else self.spec.stop
         return max(0.0, min(time + dt, stop) - max(time, self.spec.start)) / dt
+
+    def refuse_infinite(self, points, end_time):
+        """Raise InputError for a formula that gives no finite number at places (n, dim) [m], at rest, within a run."""
+        last = end_time if self.spec.stop is None else min(self.spec.stop, end_time)
+        if self._functions is None or not len(points) or not last >= self.spec.start:
+            return
+        points = points[:: max(1, len(points) // PLACES)]
+        for time in np.linspace(self.spec.start, last, MOMENTS):
+            try:
+                self.values(points, np.zeros(points.shape), time)
+            except SimulationError as error:
+                raise InputError(f"{error}: must be finite as long as it acts") from None
 
     def values(self, x, v, time):
         """Its values (n, columns) at places x (n, dim) [m] of velocities v (n, dim) [m/s]."""

@@ -14,11 +14,13 @@ class SpaceTimeTable:
     until: the last time in it [s].
     """
 
-    def __init__(self, file, base_dir, key, dim, names):
-        """names: of the columns of values; those missing are 0. InputError: a file that is wrong, or no full grid."""
+    def __init__(self, file, base_dir, key, dim, names, unit):
+        """names: of the columns of values, in this unit; those missing are 0. InputError: a wrong file, or no full
+        grid."""
         axes = "xz" if dim == 2 else "xyz"
         path = existing(file, base_dir, key)
-        columns, _ = read_number_table(path, ("time", *axes, *names), f" in a {dim}-D scene")
+        columns, _ = read_number_table(path, {"time": "s", **dict.fromkeys(axes, "m"), **dict.fromkeys(names, unit)},
+                                       f" in a {dim}-D scene")
         self._along = [name for name in ("time", *axes) if name in columns]
         self._column_of = {axis: a for a, axis in enumerate(axes)}
         if not self._along or not set(columns) & set(names):

@@ -7,6 +7,19 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 
+UNITS = {
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "m": {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": 0.3048},
+    "degrees": {"degrees": 1.0, "rad": 180.0 / np.pi, "mrad": 0.18 / np.pi},
+    "m/s2": {"m/s2": 1.0, "cm/s2": 1e-2, "mm/s2": 1e-3, "g": 9.80665},
+    "Pa": {"Pa": 1.0, "hPa": 100.0, "kPa": 1e3, "MPa": 1e6, "mbar": 100.0, "bar": 1e5},
+}
+"""Factors to each unit from those that a table may name in brackets."""
+
+SPELLINGS = {"sec": "s", "seconds": "s", "deg": "degrees", "degree": "degrees", "radians": "rad", "m/s/s": "m/s2",
+             "ms-2": "m/s2", "m*s-2": "m/s2", "gal": "cm/s2", "Gal": "cm/s2", "meters": "m", "metres": "m"}
+"""Other ways to write them."""
+
 LONGEST_LINE = 10_000
 MEMORY_PER_BYTE = 60
 """Bytes of memory that a byte of text takes while its numbers are read, about: `0,0,0`."""
@@ -15,10 +28,10 @@ MEMORY_PER_BYTE = 60
 def read_number_table(path, known, where=""):
     """Columns of a table by name, each (n,), and the line number of each row (n,).
 
-    The first line names the columns, all among `known`; each line below is one row of finite numbers. Units in brackets
-    after a name are ignored, and so are lines that are empty or begin with #. where: what messages add to the known
-    names. InputError: unreadable, too large, an unknown column or one named twice, a cell that is not a finite number,
-    less than two rows.
+    known: {name: its unit}, a key of UNITS. The first line names the columns; each line below is one row of finite
+    numbers. A unit in brackets after a name, `x [mm]`, is converted. Lines that are empty or begin with # are skipped.
+    where: what messages add to the known names. InputError: unreadable, too large, an unknown column or one named
+    twice, a unit of another quantity, a cell that is not a finite number, less than two rows.
     """
     try:
         read_budget.allow(path, float(MEMORY_PER_BYTE * path.stat().st_size), "its rows")
@@ -30,8 +43,8 @@ def read_number_table(path, known, where=""):
     rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if len(rows) < 3:
         raise InputError(f"{path}: needs a line of column names and at least two rows of numbers")
-    names = _columns(path, *rows[0], known, where)
-    table = np.array([_numbers(path, n, line, names) for n, line in rows[1:]])
+    names, factors = _columns(path, *rows[0], known, where)
+    table = np.array([_numbers(path, n, line, names) for n, line in rows[1:]]) * factors
     return dict(zip(names, table.T, strict=True)), np.array([n for n, _ in rows[1:]])
 
 
@@ -43,14 +56,33 @@ def _cells(path, n, line):
 
 def _columns(path, n, line, known, where):
     try:
-        names = [name.partition("[")[0].strip() for name in _cells(path, n, line)]
+        cells = [name.partition("[") for name in _cells(path, n, line)]
     except csv.Error as error:
         raise InputError(f"{path}: not a table of text ({error})") from None
+    names, factors = [name.strip() for name, _, _ in cells], []
     for name in names:
         if name not in known or names.count(name) > 1:
             why = "twice" if name in known else f"must be one of {', '.join(known)}{where}"
             raise InputError(f"{path}: column {ascii(name[:60])[1:-1]}: {why}")
-    return names
+    for name, bracket, rest in cells:
+        factor = _factor(rest.partition("]")[0], known[name.strip()]) if bracket else 1.0
+        if factor is None:
+            written = ascii(rest.partition("]")[0][:40])
+            raise InputError(f"{path}: column {ascii(name.strip())[1:-1]}: unit {written}: must be"
+                             f" {' or '.join(_units(known[name.strip()]))}")
+        factors.append(factor)
+    return names, np.array(factors)
+
+
+def _factor(written, unit):
+    """What a number in a unit as written is multiplied with to be in `unit`; None for a unit of another quantity."""
+    plain = written.strip().replace("\N{DEGREE SIGN}", "degrees").replace("²", "2").replace("^", "").replace(" ", "")
+    return _units(unit).get(SPELLINGS.get(plain, plain))
+
+
+def _units(unit):
+    """Factors to a unit by the names of units; of one that is not in UNITS, itself."""
+    return UNITS.get(unit, {unit: 1.0})
 
 
 def _numbers(path, n, line, names):

@@ -20,15 +20,15 @@ def read_motion_table(file, base_dir, dim):
         x, y, z [m]                         displacement of the centre of rotation from its initial position
         angle [degrees]                     2-D: from +x towards +z
         angle_x, angle_y, angle_z [degrees] 3-D: turn about an axis along this vector, right-handed
-    Columns other than the time may be missing, and are then 0; units in brackets after a name are ignored. Lines that
-    are empty or begin with # are skipped. InputError: unreadable, an unknown column, not a finite number, times that
-    do not grow.
+    Columns other than the time may be missing, and are then 0; other units in brackets after a name are converted.
+    Lines that are empty or begin with # are skipped. InputError: unreadable, an unknown column or unit, not a finite
+    number, times that do not grow.
     """
     path = existing(file, base_dir, KEY)
-    known = ("time", *SHIFTS[dim], *TURNS[dim])
+    known = {"time": "s", **dict.fromkeys(SHIFTS[dim], "m"), **dict.fromkeys(TURNS[dim], "degrees")}
     columns, lines = read_number_table(path, known, f" in a {dim}-D scene")
     if "time" not in columns or len(columns) < 2:
-        raise InputError(f"{path}: needs a column time and at least one of {', '.join(known[1:])}")
+        raise InputError(f"{path}: needs a column time and at least one of {', '.join(list(known)[1:])}")
     times = columns["time"]
     back = np.flatnonzero(np.diff(times) <= 0.0)
     if len(back):

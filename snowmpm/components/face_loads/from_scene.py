@@ -38,6 +38,7 @@ def faces_of(model):
                 points = _points(model, spec, f"forces.{i}")
                 own = slice(first, first + len(points.size))
                 faces.append(_face(model, spec, f"forces.{i}", own))
+                faces[-1].refuse_infinite(points.place, model.scene.end_time)
             except InputError as error:
                 raise InputError(f"{model.scene.source}: {error}") from None
             parts.append(points)

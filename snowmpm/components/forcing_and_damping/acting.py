@@ -22,6 +22,7 @@ def adapter(model):
             fields.append(acts(spec, scene.dimension, scene.base_dir, f"forces.{i}",
                                lambda text: compiled(text, scene.dimension), numbers,
                                model.surface.system if model.surface else None))
+            fields[-1].refuse_infinite(model.population.positions[slice(*numbers or (None,))], scene.end_time)
         except InputError as error:
             raise InputError(f"{scene.source}: {error}") from None
     return Forcing(model.gravity, fields, Damping(scene.damping) if scene.damping else None)

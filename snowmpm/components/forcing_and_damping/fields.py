@@ -44,6 +44,11 @@ class Acceleration(Field):
             result[inside] = self.values(x[inside], v[inside], time)
         return result
 
+    def refuse_infinite(self, points, end_time):
+        """Raise InputError for a formula that gives no finite number where it acts."""
+        inside = self._inside(points)
+        super().refuse_infinite(points if inside is None else points[inside], end_time)
+
     def _inside(self, x):
         block = self.spec.within
         if block is None and self._regions is None:

@@ -71,9 +71,22 @@ def test_function_of_python(method):
     assert row["force_work"] == pytest.approx(-energy, rel=0.01)
 
 
-def test_a_formula_without_a_value_ends_the_run():
-    with pytest.raises(SimulationError, match=r"forces.0.value: no finite number near .* at t = 0"):
-        stage(forces=[{"kind": "acceleration", "value": ["1/(t - t)", 0.0]}]).step()
+@pytest.mark.parametrize("formula", ["1/(t - t)", "log(1 - 1e9 * t)", "1/vx"])
+def test_a_formula_without_a_value_is_refused_before_the_run(formula):
+    with pytest.raises(InputError, match=r"forces.0.value: no finite number near .* at t = .*: must be finite"):
+        stage(forces=[{"kind": "acceleration", "value": [formula, 0.0]}])
+
+
+@pytest.mark.parametrize("within", [
+    {"start": 0.0, "stop": 1e-9}, {"within": {"min": [90.0, 0.0], "max": [99.0, 1.0]}}])
+def test_a_formula_is_tried_where_and_when_it_acts(within):
+    stage(forces=[{"kind": "acceleration", "value": ["log(1 - 1e6 * t)", 0.0], **within}])
+
+
+def test_a_formula_that_speed_makes_infinite_ends_the_run():
+    sim = stage(forces=[{"kind": "acceleration", "value": ["sqrt(1 - vx)", 0.0]}], velocity=[2.0, 0.0])
+    with pytest.raises(SimulationError, match=r"forces.0.value: no finite number near .* at t = "):
+        sim.step()
 
 
 @pytest.mark.parametrize("method", METHODS)
