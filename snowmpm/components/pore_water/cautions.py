@@ -106,3 +106,25 @@ def _permeability(facts):
     if law_of(facts.scene.water.permeability) == "raster":
         some = np.arange(len(positions))
     return water.permeability(positions[some], 1.0 - columns[some, 2])
+
+
+ICE = 9e9
+"""Bulk modulus of ice [Pa] (Petrenko and Whitworth 1999, Physics of Ice, table 3.3: 8.9e9)."""
+
+COMPRESSED = 1e-3
+"""Compression of the ice from which on a pressure is doubted: it is taken as rigid."""
+
+
+@rule(*SOAKING)
+def pressure_on_ice(facts):
+    """Water at the start under a pressure that compresses the ice of the skeleton."""
+    water = facts.scene.water
+    if water is None or water.scheme != "u_p":
+        return
+    key, pressure = "water.pressure", abs(water.pressure)
+    if water.table is not None:
+        lowest = float(facts.model.population.positions[:, -1].min())
+        key, pressure = "water.table", water.density * abs(facts.scene.gravity_vector[-1]) * (water.table - lowest)
+    if pressure > COMPRESSED * ICE:
+        yield Caution("", key, f"{pressure:.3g} Pa at the start compress ice by {pressure / ICE:.1%}, and the equations"
+                      " take grains as rigid", f"below {COMPRESSED * ICE:.0e} Pa they are")
