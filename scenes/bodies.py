@@ -96,6 +96,8 @@ class Obstacle(Touching):
     """unique among the obstacles"""
     shape: ObstacleShape
     """solid"""
+    on_ground: Annotated[bool, Field(strict=True)] = False
+    """put down on the terrain: its lowest point is then at the height of the lowest ground under it; else as drawn"""
     motion: Motion | None = None
     """at rest when missing"""
     drag: Positive = 2.0

@@ -16,6 +16,7 @@ from snowmpm.scenes.choices import Choice, choices
 from snowmpm.scenes.events import AnyEvent
 from snowmpm.scenes.forces import AnyForce
 from snowmpm.scenes.gravity import Gravity
+from snowmpm.scenes.lines import with_lines_of_files
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.picture import Picture
 from snowmpm.scenes.reference import OF_SPACE, Reference
@@ -125,7 +126,8 @@ class Scene(Glance, Spec):
         dimension = data.get("dimension") if isinstance(data, dict) else None
         known = type(dimension) is int and dimension in (2, 3)
         with surroundings(dimension=dimension if known else None):
-            scene = validate(with_zone(with_switches(with_cards(_with_saw_test(data, dimension) if known else data))))
+            scene = validate(with_lines_of_files(with_zone(with_switches(with_cards(
+                _with_saw_test(data, dimension) if known else data)))))
         return _with_choices(scene)
 
     @model_validator(mode="after")

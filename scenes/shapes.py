@@ -60,6 +60,8 @@ class Solid(Shape):
     REGISTRIES: ClassVar = (SHAPES, OBSTACLES)
     SOLID: ClassVar[Any]
     """the rigid shape: as FILLS, returns a `solids.shape.SolidShape`"""
+    ON_GROUND: ClassVar[bool] = False
+    """whether it is also given the `TerrainSurface` of the scene, or None"""
 
 
 @SHAPES.add
@@ -186,6 +188,31 @@ class Voxels(Shape):
     """lower corner of the image [m]; zero when missing"""
     counts: Annotated[tuple[Count, ...], Field(min_length=2, max_length=3)] | None = None
     """.raw only: voxels along each axis, the first of them fastest"""
+
+
+@OBSTACLES.add
+class Footprint(Shape):
+    """An upright solid over an area in plan, such as a building, from below the ground to a flat top (3-D)."""
+
+    REGISTRIES: ClassVar = (OBSTACLES,)
+    EXAMPLES: ClassVar = {"file": "buildings.shp", "polygon": [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0]]}
+    DIMENSION: ClassVar = 3
+    SOLID: ClassVar = "snowmpm.solids.footprint:footprint"
+    ON_GROUND: ClassVar = True
+
+    kind: Literal["footprint"]
+    file: FileName | None = None
+    """polygons of a .shp, .geojson or .gpkg file, relative to the scene file"""
+    polygon: Annotated[tuple[Pair, ...], Field(min_length=3)] | None = None
+    """corners [x, y] [m], in place of file"""
+    height: Positive
+    """of the top above the highest ground under it [m]"""
+
+    @model_validator(mode="after")
+    def _is_one_area(self):
+        if (self.file is None) == (self.polygon is None):
+            raise refuse("needs one of file and polygon")
+        return self
 
 
 class ThicknessRaster(Spec):

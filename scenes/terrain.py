@@ -57,13 +57,21 @@ class Profile(Ground):
     """A line of straight pieces from left to right; in 3-D it is extruded along y."""
 
     kind: Literal["profile"]
-    points: Annotated[tuple[Pair, ...], Field(min_length=2)]
+    EXAMPLES: ClassVar = {"file": "profile.csv"}
+
+    points: Annotated[tuple[Pair, ...], Field(min_length=2)] | None = None
     """corners [x, z], x growing [m]"""
+    file: FileName | None = None
+    """in place of points: table (.csv) with columns x and z [m]"""
+    points_source: str | None = None
+    """file of the points, in the scene of a run"""
     fillet: NonNegative = 0.0
     """radius that rounds every interior corner [m]; 0 keeps them sharp"""
 
     @model_validator(mode="after")
     def _runs_to_the_right(self):
+        if self.points is None:
+            raise refuse("is missing: corners [x, z] [m], or file", "points")
         for i, (before, after) in enumerate(zip(self.points, self.points[1:], strict=False)):
             if after[0] <= before[0]:
                 raise refuse("x must grow from point to point", f"points.{i + 1}", after)

@@ -1,10 +1,11 @@
-"""Polygons and their thickness from shapefiles, GeoJSON and GeoPackages, in the coordinates of the terrain."""
+"""Polygons with their thickness, and lines, from shapefiles, GeoJSON and GeoPackages, in the terrain's coordinates."""
 
 import json
 import re
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 from snowmpm.seeding import attributes
 from snowmpm.seeding.shapefiles import read_shapefile
+from snowmpm.terrain.raster import system_of as raster_system
 from snowmpm.terrain.reference_system import WORLD, ReferenceSystem, system_beside
 
 GIS = "needs the gis extra: pip install 'snowmpm[gis]'"
@@ -32,7 +34,30 @@ class Feature:
     flaw: str
 
 
-def read_features(path, key, terrain=None, attribute=None):
+class Kind(NamedTuple):
+    """Geometries that are read: their plural in messages, their types in shapefiles, and one and many in GeoJSON."""
+
+    plural: str
+    shape: str
+    one: str
+    many: str
+
+
+POLYGON = Kind("polygons", "POLYGON", "Polygon", "MultiPolygon")
+LINE = Kind("lines", "POLYLINE", "LineString", "MultiLineString")
+
+
+def read_lines(path, key, terrain=None):
+    """Lines (n, 2) [m] in a .shp, .geojson or .gpkg file, in the system of the terrain, as `read_features` has it."""
+    return [line for feature in read_features(path, key, terrain, kind=LINE) for line in feature.parts]
+
+
+def lines_on_raster(path, key, raster=None):
+    """`read_lines` in the system of an elevation raster, a file."""
+    return read_lines(path, key, raster and raster_system(raster))
+
+
+def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
     """Features of the polygons in a .shp, .geojson or .gpkg file, in the system of the terrain.
 
     attribute: the one that holds the thickness; `attributes.USUAL` when missing.
@@ -45,12 +70,12 @@ def read_features(path, key, terrain=None, attribute=None):
     InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
     terrain's system does not reach, a system that the coordinates contradict.
     """
-    polygons, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute))
+    polygons, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute), kind)
     where = f"{key} = {str(path)!r}"
     features = _with_thickness(polygons, names, attribute, told)
     if not features:
-        raise InputError.at(key, str(path), "holds no polygon")
-    corners = np.concatenate([np.empty((0, 2)), *(ring for f in features for rings in f.parts for ring in rings)])
+        raise InputError.at(key, str(path), f"holds no {kind.plural[:-1]}")
+    corners = np.concatenate([np.empty((0, 2)), *(ring for f in features for ring in _rings(f.parts, kind))])
     if system is None and Path(path).suffix.lower() not in (".shp", ".gpkg"):
         system, said = _of_plain_geojson(corners, terrain)
         told += [said] if said else []
@@ -63,11 +88,18 @@ def read_features(path, key, terrain=None, attribute=None):
                              " system to carry it into: save it in the terrain's own, in metres")
         told.append(f"is in {system.name}, and the terrain names no coordinate system: taken as the same")
     elif system is not None:
-        features = [Feature([[_carried(ring, system, terrain, where) for ring in rings] for rings in feature.parts],
-                            feature.thickness, feature.flaw) for feature in features]
+        features = [replace(feature, parts=[
+            _carried(part, system, terrain, where) if kind is LINE else [_carried(ring, system, terrain, where)
+                                                                         for ring in part]
+            for part in feature.parts]) for feature in features]
     if told:
         warnings.warn(f"{where}: {'; '.join(told)}", stacklevel=2)
     return features
+
+
+def _rings(parts, kind):
+    """Lines, or rings of polygons."""
+    return parts if kind is LINE else [ring for rings in parts for ring in rings]
 
 
 def system_of(path, key):
@@ -91,7 +123,7 @@ def _with_thickness(polygons, names, attribute, told):
     return found
 
 
-def _read(path, key, choose=lambda names: None):
+def _read(path, key, choose=lambda names: None, kind=POLYGON):
     """[(parts, value of an attribute)] as stored in the file, names of the attributes, its system or None, and warnings
     for the user."""
     suffix = Path(path).suffix.lower()
@@ -99,10 +131,10 @@ def _read(path, key, choose=lambda names: None):
         raise InputError.at(key, str(path), "must be a .shp, .geojson or .gpkg file")
     where = f"{key} = {str(path)!r}"
     try:
-        read_budget.allow(where, FILE_BYTES * Path(path).stat().st_size, "its polygons")
+        read_budget.allow(where, FILE_BYTES * Path(path).stat().st_size, f"its {kind.plural}")
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    return READERS[suffix](path, key, choose)
+    return READERS[suffix](path, key, choose, kind)
 
 
 def _of_plain_geojson(corners, terrain):
@@ -123,9 +155,10 @@ def _carried(ring, system, terrain, where):
     return moved
 
 
-def _shapefile(path, key, choose):
-    shapes, names, told = read_shapefile(path, key, choose)
-    return [(_nested(rings), value) for rings, value in shapes], names, system_beside(path), told
+def _shapefile(path, key, choose, kind):
+    shapes, names, told = read_shapefile(path, key, choose, kind.shape)
+    found = [(lines if kind is LINE else _nested(lines), value) for lines, value in shapes]
+    return found, names, system_beside(path), told
 
 
 def _nested(rings):
@@ -146,7 +179,7 @@ def _nested(rings):
     return list(polygons.values())
 
 
-def _geojson(path, key, choose):
+def _geojson(path, key, choose, kind):
     try:
         # Text is in UTF-8 by definition; what is not concerns no number
         data = json.loads(Path(path).read_bytes().decode("utf-8-sig", "replace"))
@@ -156,11 +189,12 @@ def _geojson(path, key, choose):
             is_feature = feature["type"] == "Feature"
             geometry = feature["geometry"] if is_feature else feature
             properties = (feature.get("properties") if is_feature else None) or {}
-            polygons, left = _polygons(geometry)
+            parts, left = _parts(geometry, kind)
             others += left
-            if polygons:
+            if parts:
                 names |= dict.fromkeys(properties)
-                found.append(([[_corners(ring) for ring in polygon] for polygon in polygons], properties))
+                found.append(([_corners(part) if kind is LINE else [_corners(ring) for ring in part] for part in parts],
+                              properties))
         named = data.get("crs")
         system = None if named is None else ReferenceSystem.named(named["properties"]["name"], f"{path}: crs")
         name = choose(names)
@@ -171,10 +205,10 @@ def _geojson(path, key, choose):
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
     except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
         raise InputError.at(key, str(path), "is not a readable GeoJSON file") from error
-    return found, tuple(names), system, _left_out(others)
+    return found, tuple(names), system, _left_out(others, kind)
 
 
-def _geopackage(path, key, choose):
+def _geopackage(path, key, choose, kind):
     try:
         import pyogrio
         import pyogrio.raw
@@ -185,17 +219,19 @@ def _geopackage(path, key, choose):
         with open(path, "rb") as file:
             if file.read(len(SQLITE)) != SQLITE:  # GDAL must not open the file as any other format
                 raise InputError.at(key, str(path), "is not a readable GeoPackage")
-        layers = [name for name, kind in pyogrio.list_layers(path) if kind and "Polygon" in kind]
+        layers = [name for name, geometry in pyogrio.list_layers(path) if geometry and kind.one in geometry]
         if len(layers) != 1:
-            named = f"{len(layers)} layers of polygons, {', '.join(map(str, layers))}" if layers else "no polygon"
+            listed = f"{len(layers)} layers of {kind.plural}, {', '.join(map(str, layers))}"
+            named = listed if layers else f"no {kind.plural[:-1]}"
             raise InputError.at(key, str(path), f"holds {named}: save the one that is meant in a file of its own")
         names = tuple(pyogrio.read_info(path, layer=layers[0])["fields"])
         name = choose(names)
         meta, _, geometries, columns = pyogrio.raw.read(path, layer=layers[0], columns=[name] if name else [])
         found = []
         for row, geometry in enumerate(shapely.from_wkb(geometries)):
-            parts = [[np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]
-                     for part in shapely.get_parts(geometry) if part.geom_type == "Polygon" and not part.is_empty]
+            own = [part for part in shapely.get_parts(geometry) if part.geom_type == kind.one and not part.is_empty]
+            parts = [np.asarray(part.coords)[:, :2] if kind is LINE else
+                     [np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)] for part in own]
             if parts:
                 found.append((parts, columns[0][row] if name else None))
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, shapely.errors.GEOSException,
@@ -213,17 +249,17 @@ def _system(text, where):
     return (ReferenceSystem.of_text if "[" in text else ReferenceSystem.named)(text, where)
 
 
-def _polygons(geometry):
-    """Coordinates of the polygons of a geometry, and how many geometries are none."""
+def _parts(geometry, kind):
+    """Coordinates of the polygons, or lines, of a geometry, and how many geometries are none."""
     if not geometry:
         return [], 0
-    kind = geometry["type"]
-    if kind == "GeometryCollection":
-        parts = [_polygons(part) for part in geometry["geometries"]]
-        return [polygon for polygons, _ in parts for polygon in polygons], sum(left for _, left in parts)
-    if kind == "Polygon":
+    own = geometry["type"]
+    if own == "GeometryCollection":
+        parts = [_parts(part, kind) for part in geometry["geometries"]]
+        return [one for found, _ in parts for one in found], sum(left for _, left in parts)
+    if own == kind.one:
         return [geometry["coordinates"]], 0
-    return (geometry["coordinates"], 0) if kind == "MultiPolygon" else ([], 1)
+    return (geometry["coordinates"], 0) if own == kind.many else ([], 1)
 
 
 def _corners(ring):
@@ -234,8 +270,8 @@ def _corners(ring):
     return corners[:, :2]
 
 
-def _left_out(others):
-    return [f"{others} of its geometries are no polygons and are left out"] if others else []
+def _left_out(others, kind):
+    return [f"{others} of its geometries are no {kind.plural} and are left out"] if others else []
 
 
 READERS = {".shp": _shapefile, ".geojson": _geojson, ".json": _geojson, ".gpkg": _geopackage}

@@ -24,15 +24,19 @@ LANGUAGES = {
 }
 """Code page by the language byte of a .dbf file (byte 29 of its head)."""
 
+NAMES = {"POLYGON": "polygons", "POLYLINE": "lines"}
+"""Kinds of shapes that are read."""
+
 LONGEST_NAME = 100
 """Bytes of a .cpg file that are read: it holds the name of a code page."""
 
 
-def read_shapefile(path, key, choose):
+def read_shapefile(path, key, choose, kind="POLYGON"):
     """[(rings, value)] of the polygons of a .shp file, names of its attributes, and warnings.
 
-    choose: function (names) -> the attribute whose values are returned, or None. A shape that is deleted in the table
-    is left out, as other programs do. InputError: no reader, unreadable.
+    kind: "POLYLINE" for [(lines, value)] of its lines; choose: function (names) -> the attribute whose values are
+    returned, or None. A shape that is deleted in the table is left out, as other programs do. InputError: no reader,
+    unreadable.
     """
     try:
         import shapefile
@@ -48,7 +52,7 @@ def read_shapefile(path, key, choose):
         for shape, value in zip(shapes, values, strict=True):
             if value is DELETED:
                 continue
-            if "POLYGON" not in shape.shapeTypeName or not shape.points:
+            if kind not in shape.shapeTypeName or not shape.points:
                 others += shape.shapeType != shapefile.NULL
                 continue
             points, parts = np.asarray(shape.points, float)[:, :2], [*shape.parts, len(shape.points)]
@@ -56,7 +60,7 @@ def read_shapefile(path, key, choose):
     except Exception as error:  # on damaged files pyshp raises struct, OS and its own errors
         raise InputError.at(key, str(path), "is not a readable shapefile") from error
     if others:
-        told.append(f"{others} of its geometries are no polygons and are left out")
+        told.append(f"{others} of its geometries are no {NAMES[kind]} and are left out")
     return found, names, told
 
 

@@ -33,7 +33,7 @@ def build(scene, kept=None):
     with stage("reading the terrain"):
         surface = _surface(scene)
     made, segments = components.standing(scene)
-    obstacles = [*_obstacles(scene), *segments]
+    obstacles = [*_obstacles(scene, surface), *segments]
     taken = None
     if scene.initial.from_run is not None:
         taken = take(scene, surface) if kept is None else TakenState.kept(kept)
@@ -83,10 +83,10 @@ def _extent(scene):
     return np.max([lower for lower, _ in boxes], axis=0), np.min([upper for _, upper in boxes], axis=0)
 
 
-def _obstacles(scene):
+def _obstacles(scene, surface):
     try:
         return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})",
-                            TERRAIN_REACH * scene.solver.dx, components.motion_of(scene, i))
+                            TERRAIN_REACH * scene.solver.dx, components.motion_of(scene, i), surface)
                 for i, spec in enumerate(scene.obstacles)]
     except InputError as error:
         raise InputError(f"{scene.source}: {error}") from None

@@ -29,13 +29,17 @@ class Obstacle:
     part: bool = False
 
     @classmethod
-    def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf, moved=None):
+    def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf, moved=None, ground=None):
         """Obstacle of a scene's obstacle table; files are relative to base_dir; reach [m]: of `SolidShape`;
-        moved: `SolidShape` -> its motion, in place of that of the table.
+        moved: `SolidShape` -> its motion, in place of that of the table; ground: `TerrainSurface` of the scene.
 
         InputError: a file or a shape that is wrong, with `key` in front.
         """
-        shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape", reach)
+        shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape", reach, ground)
+        if spec.get("on_ground"):
+            if ground is None:
+                raise InputError.at(f"{key}.on_ground", True, "needs a [terrain] to stand on")
+            shape = shape.put_down(ground, key)
         try:
             motion = moved(shape) if moved else None
             motion = motion or RigidMotion.of(spec.motion, shape.origin, base_dir)

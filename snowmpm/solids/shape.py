@@ -44,13 +44,32 @@ class SolidShape:
     reach: float = np.inf
 
     @classmethod
-    def of(cls, spec, dim, base_dir=".", key="shape", reach=np.inf):
-        """Shape of a scene's shape table: box, sphere, cylinder (3-D), mesh (3-D) or polygon (2-D).
+    def of(cls, spec, dim, base_dir=".", key="shape", reach=np.inf, ground=None):
+        """Shape of a scene's shape table: box, sphere, cylinder (3-D), mesh (3-D), polygon (2-D) or footprint (3-D).
 
         reach [m]: beyond it the distance from a mesh may be truncated; for many triangles a small reach is much faster.
-        InputError: a mesh that is open or cannot be read, a polygon that crosses itself, no volume.
+        ground: `TerrainSurface` on which it stands, for those that need one. InputError: a mesh that is open or cannot
+        be read, a polygon that crosses itself, no volume.
         """
-        return replace(resolved(OBSTACLES[spec.kind].SOLID)(spec, dim, base_dir, key), reach=reach)
+        kind = OBSTACLES[spec.kind]
+        more = (ground,) if kind.ON_GROUND else ()
+        return replace(resolved(kind.SOLID)(spec, dim, base_dir, key, *more), reach=reach)
+
+    def lifted(self, height):
+        """The same shape, higher by `height` [m]."""
+        up = np.array([*[0.0] * (self.dim - 1), height])
+        return replace(self, origin=self.origin + up,
+                       surface=None if self.surface is None else self.surface.recentred(-up))
+
+    def put_down(self, ground, key):
+        """The same shape with its lowest point at the lowest ground under it, of a `TerrainSurface`. InputError: there
+        is none."""
+        vertices, facets = self.drawing()
+        places = np.concatenate([vertices, vertices[facets].mean(axis=1)])
+        below = ground.height(places[:, :-1])
+        if np.isnan(below).all():
+            raise InputError(f"{key}: has no ground under it to stand on")
+        return self.lifted(float(np.nanmin(below)) - float(vertices[:, -1].min()))
 
     @property
     def dim(self):

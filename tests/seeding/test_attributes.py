@@ -10,6 +10,7 @@ from snowmpm.seeding import seed_body
 from snowmpm.seeding.attributes import thickness_of
 from snowmpm.seeding.region_files import read_features
 from snowmpm.seeding.shapefiles import code_page
+from snowmpm.terrain import load_terrain
 from tests.support.tables import Table as Spec
 
 shapefile = pytest.importorskip("shapefile")
@@ -171,10 +172,9 @@ def test_bytes_before_and_in_geojson(tmp_path):
     ([{"depth": 1.2}], r"has no attribute 'thickness' \(its attributes are depth\): name another with attribute"),
     ([{}], r"has no attribute 'thickness' \(it has none\)")])
 def test_a_layer_says_what_is_wrong(tmp_path, rows, words):
-    from tests.seeding.test_terrain_layer import plane
-
     geojson(tmp_path / "release.geojson", rows)
+    plane = load_terrain(Spec(kind="plane", point=(0.0, 0.0, 50.0), angle=30.0), extent=([0, 0], [40, 40]))
     spec = Spec(kind="layer", bottom=0.0, top="file", region=Spec(file="release.geojson"), attribute=None)
     with pytest.raises(InputError, match=words):
-        seed_body(spec, plane(30.0, 0.0), dim=3, dx=0.5, particles_per_cell=8, sampling="regular",
+        seed_body(spec, plane, dim=3, dx=0.5, particles_per_cell=8, sampling="regular",
                   rng=np.random.default_rng(1), base_dir=tmp_path)

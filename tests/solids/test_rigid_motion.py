@@ -13,6 +13,7 @@ from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion, Tabulated, Uniform
 from snowmpm.solids.motion_table import read_motion_table
 from snowmpm.solids.rotation import rotation_matrix, turn_velocity
+from tests.support.tables import Table
 
 DT = 1e-5
 CENTRE = {2: np.array([1.0, -0.5]), 3: np.array([1.0, 2.0, -0.5])}
@@ -109,8 +110,8 @@ def test_a_table_goes_through_its_rows_and_rests_outside_them(tmp_path):
 
 def test_the_key_of_the_obstacle_stands_before_what_is_wrong_with_its_table(tmp_path):
     file, folder = table(tmp_path, "time,x\n0,0\n")
-    spec = SimpleNamespace(name="o", shape=SimpleNamespace(kind="sphere", centre=(0.0, 0.0), radius=1.0),
-                           motion=SimpleNamespace(centre=None, file=file, start=0.0), contact="slip", friction=0.0)
+    spec = Table(name="o", shape=SimpleNamespace(kind="sphere", centre=(0.0, 0.0), radius=1.0),
+                 motion=SimpleNamespace(centre=None, file=file, start=0.0), contact="slip", friction=0.0)
     with pytest.raises(InputError, match=r"^obstacles\.0 \(o\): .*motion\.csv: needs a line"):
         Obstacle.of(spec, 2, folder, "obstacles.0 (o)")
 

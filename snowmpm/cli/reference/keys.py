@@ -13,7 +13,7 @@ from snowmpm.scenes.toml import value_text
 UNIT = re.compile(r"\[(-|(?:[A-Za-z%]+(?:\^?[\dm])?)(?:[ /][A-Za-z]+(?:\^?[\dm])?)*|1/[a-z]+)\]")
 """A unit in a description. Pairs of names, such as `[lower, upper]`, are none."""
 
-WRITTEN = ("began_with", "card_source")
+WRITTEN = ("began_with", "card_source", "line_source", "points_source")
 """Keys that the program writes into the resolved scene of a run."""
 
 LONGEST = 48
