@@ -44,6 +44,9 @@ class Kind(NamedTuple):
 
 
 POLYGON = Kind("polygons", "POLYGON", "Polygon", "MultiPolygon")
+ANY = ("Unknown", "Geometry")
+"""How the type of a layer of a GeoPackage begins that may hold any geometry."""
+
 LINE = Kind("lines", "POLYLINE", "LineString", "MultiLineString")
 
 
@@ -166,6 +169,7 @@ def _nested(rings):
     shapefile does not say which rings belong together."""
     import shapely
 
+    rings = [ring if len(ring) and (ring[0] == ring[-1]).all() else np.concatenate([ring, ring[:1]]) for ring in rings]
     rings = [ring for ring in rings if len(ring) > 3 and np.isfinite(ring).all()] or rings
     if len(rings) == 1:
         return [rings]
@@ -196,7 +200,7 @@ def _geojson(path, key, choose, kind):
                 found.append(([_corners(part) if kind is LINE else [_corners(ring) for ring in part] for part in parts],
                               properties))
         named = data.get("crs")
-        system = None if named is None else ReferenceSystem.named(named["properties"]["name"], f"{path}: crs")
+        system = None if named is None else ReferenceSystem.named(_name_of(named["properties"]), f"{path}: crs")
         name = choose(names)
         # In the case that each feature has
         same = [one for one in names if name is not None and one.lower() == name.lower()]
@@ -206,6 +210,11 @@ def _geojson(path, key, choose, kind):
     except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
         raise InputError.at(key, str(path), "is not a readable GeoJSON file") from error
     return found, tuple(names), system, _left_out(others, kind)
+
+
+def _name_of(properties):
+    """Name of a system in GeoJSON: as a name, or as older programs write it, as a number of the EPSG."""
+    return properties["name"] if "name" in properties else f"EPSG:{int(properties['code'])}"
 
 
 def _geopackage(path, key, choose, kind):
@@ -219,7 +228,9 @@ def _geopackage(path, key, choose, kind):
         with open(path, "rb") as file:
             if file.read(len(SQLITE)) != SQLITE:  # GDAL must not open the file as any other format
                 raise InputError.at(key, str(path), "is not a readable GeoPackage")
-        layers = [name for name, geometry in pyogrio.list_layers(path) if geometry and kind.one in geometry]
+        known = [(name, geometry) for name, geometry in pyogrio.list_layers(path) if geometry]
+        layers = [name for name, geometry in known if kind.one in geometry] or [
+            name for name, geometry in known if geometry.startswith(ANY)]
         if len(layers) != 1:
             listed = f"{len(layers)} layers of {kind.plural}, {', '.join(map(str, layers))}"
             named = listed if layers else f"no {kind.plural[:-1]}"

@@ -45,10 +45,8 @@ def read_shapefile(path, key, choose, kind="POLYGON"):
     told, others, found = [], 0, []
     table = companion(path, ".dbf")
     try:
-        with open(path, "rb") as stream:
-            with shapefile.Reader(shp=stream) as reader:
-                shapes = reader.shapes()
-            names, values = _values(table, len(shapes), choose, told)
+        shapes = _shapes(path, told)
+        names, values = _values(table, len(shapes), choose, told)
         for shape, value in zip(shapes, values, strict=True):
             if value is DELETED:
                 continue
@@ -62,6 +60,22 @@ def read_shapefile(path, key, choose, kind="POLYGON"):
     if others:
         told.append(f"{others} of its geometries are no {NAMES[kind]} and are left out")
     return found, names, told
+
+
+def _shapes(path, told):
+    """Shapes of a file: those that its index .shx names, where there is one. Deleted ones may stay in the .shp."""
+    import shapefile
+
+    index = companion(path, ".shx")
+    if index is not None:
+        try:
+            with (open(path, "rb") as stream, open(index, "rb") as places,
+                  shapefile.Reader(shp=stream, shx=places) as reader):
+                return [reader.shape(i) for i in range(len(reader))]
+        except Exception:  # on damaged files pyshp raises struct, OS and its own errors
+            told.append(f"its index, {index.name}, cannot be read: all shapes are taken")
+    with open(path, "rb") as stream, shapefile.Reader(shp=stream) as reader:
+        return reader.shapes()
 
 
 DELETED = object()
@@ -78,14 +92,30 @@ def _values(table, count, choose, told):
         with open(table, "rb") as stream, shapefile.Reader(dbf=stream, encoding=code_page(table),
                                                            encodingErrors="replace") as reader:
             names = tuple(field[0] for field in reader.fields[1:])
+            if reader.numRecords != count:
+                told.append(f"its table {table.name} has {reader.numRecords} rows for {count} shapes: which belong"
+                            " together is unknown, so its attributes are left out")
+                return (), [None] * count
             name, values = choose(names), []
             for i in range(count):
-                record = reader.record(i, fields=[name] if name else names[:1]) if i < reader.numRecords else [None]
-                values.append(DELETED if record is None else record[0] if name else None)
+                record = reader.record(i, fields=[name] if name else names[:1])
+                value = DELETED if record is None else record[0] if name else None
+                values.append(_as_written(stream, reader, i, names.index(name)) if name and value is None else value)
             return names, values
     except Exception:  # as above
         told.append(f"its attributes, {table.name}, cannot be read")
         return (), [None] * count
+
+
+def _as_written(stream, reader, i, number):
+    """Text of field `number` of row i, which is no number; None where it is empty."""
+    stream.seek(0)
+    head = stream.read(12)
+    first, length = int.from_bytes(head[8:10], "little"), int.from_bytes(head[10:12], "little")
+    sizes = [field[2] for field in reader.fields[1:]]
+    stream.seek(first + i * length + 1 + sum(sizes[:number]))
+    text = stream.read(sizes[number]).decode("ascii", "replace").strip(" \0")
+    return text if text.strip("*") else None
 
 
 def code_page(table):

@@ -1,5 +1,6 @@
 """ESRI ASCII grids (.asc), by a parser of our own."""
 
+import codecs
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,15 @@ from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 
 HEADER = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
-BOM = b"\xef\xbb\xbf"
-"""Byte order mark that some editors write before UTF-8."""
+WORDS_FOR_NONE = ("null", "none", "na", "n/a", "nodata", "*", "-")
+"""What programs write in cells without a value in place of a number, and declare so."""
+
+NONE = "word for none"
+"""Such a word of a head."""
+
+LARGEST_SURE = 1e30
+"""Beyond it, a number for "none" may be rounded in the head or in the cells."""
+
 LARGEST_COUNT = 2**31
 """Columns or rows that a header may promise."""
 
@@ -27,7 +35,7 @@ def read_grid(path, key, window):
     try:
         size = Path(path).stat().st_size
         read_budget.allow(where, TEXT_BYTES * size, "its text")
-        lines = Path(path).read_bytes().removeprefix(BOM).decode("ascii").splitlines()
+        lines = _text(Path(path).read_bytes()).splitlines()
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:
@@ -36,23 +44,39 @@ def read_grid(path, key, window):
     x, y = _centres(head, size, path, key)
     columns, rows = window(x, y)
     nx, ny = len(x), len(y)
-    body = lines[first:]
-    if len(body) == ny:  # one line a row, as the format says: only the rows of the window are parsed
+    body = [line for line in lines[first:] if line.strip()]
+    # One line a row, as the format says, though it does not ask for it: only the rows of the window are parsed
+    if len(body) == ny and all(len(line.split()) == nx for line in body):
         body = body[ny - rows.stop : ny - rows.start]
         kept = rows.stop - rows.start
     else:
         kept = ny
     read_budget.allow(where, TEXT_BYTES * size + CELL_BYTES * kept * nx, f"{kept} x {nx} cells",
                       "terrain.region or domain cut it")
+    words = " ".join(body).split()
+    if (none := head.get(NONE)) is not None:
+        words = ["nan" if word.lower() == none else word for word in words]
     try:
-        z = np.array(" ".join(body).split(), dtype=float)
+        z = np.array(words, dtype=float)
     except ValueError as error:
         raise InputError.at(key, str(path), f"holds something that is not a number ({str(error)[:80]})") from None
     if z.size != kept * nx:
         raise InputError.at(key, str(path), f"holds {z.size} values where its header promises {kept * nx}")
     z = z.reshape(kept, nx)[::-1]
     z = z[:, columns] if kept < ny else z[rows, columns]
-    return x[columns], y[rows], np.where((z == head.get("nodata_value", -9999.0)) | ~np.isfinite(z), np.nan, z)
+    return x[columns], y[rows], np.where(_is_none(z, head.get("nodata_value", -9999.0)) | ~np.isfinite(z), np.nan, z)
+
+
+def _text(data):
+    """ASCII, or what a byte order mark says. Raises UnicodeDecodeError."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16")
+    return data.removeprefix(codecs.BOM_UTF8).decode("ascii")
+
+
+def _is_none(z, none):
+    """Whether values are the number for "none"; that of the ends of single precision, as it may be rounded."""
+    return np.abs(z - none) <= 1e-3 * abs(none) if abs(none) > LARGEST_SURE else z == none
 
 
 def _header(lines, path, key):
@@ -63,8 +87,14 @@ def _header(lines, path, key):
         if words and words[0].lower() not in HEADER:
             return head, n
         if words:
+            key = words[0].lower()
             try:
-                head[words[0].lower()] = float(words[1])
+                if key == "nodata_value" and len(words) == 2 and words[1].lower() in WORDS_FOR_NONE:
+                    head[NONE] = words[1].lower()
+                    continue
+                if len(words) > 2:
+                    raise ValueError
+                head[key] = float(words[1])
             except (IndexError, ValueError):
                 raise InputError.at(key, str(path), f"line {n + 1}: {line.strip()[:60]!r} needs one number") from None
     return head, len(lines)

@@ -36,6 +36,23 @@ def opened(path, key):
         raise InputError.at(key, str(path), "is not a readable GeoTIFF") from error
 
 
+def beside_it(path, source):
+    """What the file .aux.xml beside a GeoTIFF, which GDAL obeys, has other than the GeoTIFF: a warning, or ""."""
+    import rasterio
+
+    side = Path(path).with_name(f"{Path(path).name}.aux.xml")
+    if not side.is_file():
+        return ""
+    with (rasterio.Env(GDAL_PAM_ENABLED="NO"),
+          rasterio.open(Path(path).absolute(), driver="GTiff", sharing=False) as own):
+        pairs = {"place": (own.transform, source.transform), "coordinate system": (own.crs, source.crs),
+                 "number for no data": (own.nodata, source.nodata),
+                 "scale": (own.scales[:1] + own.offsets[:1], source.scales[:1] + source.offsets[:1])}
+        different = [name for name, (one, other) in pairs.items()
+                     if one != other and not (one is not None and one != one and other != other)]
+    return f"{' and '.join(different)} come from {side.name}, and the file itself has others" if different else ""
+
+
 def system_of(source, where):
     """`ReferenceSystem` of an open dataset, None where it names none."""
     return ReferenceSystem.of_text(source.crs.to_wkt(), where) if source.crs else None

@@ -1,6 +1,8 @@
 """Triangles from a mesh file: STL, OBJ, PLY."""
 
+import io
 import logging
+import re
 import warnings
 from pathlib import Path
 
@@ -14,6 +16,12 @@ from snowmpm.terrain.topology import LARGEST
 SUFFIXES = (".stl", ".obj", ".ply")
 BYTES_PER_BYTE = 25
 """Memory while a mesh is read and welded, over the size of its file."""
+
+BACKWARD = re.compile(rb"^\s*f\s.*-\d", re.MULTILINE)
+"""A face of an OBJ file with a corner that counts backwards."""
+
+ROUNDED = 0.01
+"""Share of the sides of triangles from which on rounded places are told."""
 
 STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -30,6 +38,8 @@ def mesh_facets(path, key="terrain.file"):
         raise InputError.at(key, str(path), "must be an .stl, .obj or .ply file")
     memory.require(BYTES_PER_BYTE * _size(path), f'{key} = "{path}"', "a mesh of fewer triangles needs less")
     vertices, faces = _binary_stl(path, key) if suffix == ".stl" else (None, None)
+    if faces is not None:
+        _tell_of_round_off(vertices, f'{key} = "{path}"')
     if faces is None:
         vertices, faces = _any_mesh(path, key, suffix)
     if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
@@ -65,6 +75,8 @@ def _any_mesh(path, key, suffix):
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it prints tracebacks for unreadable files
     try:
         with open(path, "rb") as file:
+            if suffix == ".obj":
+                file = io.BytesIO(_counted_from_the_start(file.read()))
             mesh = trimesh.load(
                 file, file_type=suffix[1:], force="mesh", process=False, skip_materials=True, resolver={}
             )
@@ -76,6 +88,39 @@ def _any_mesh(path, key, suffix):
     if faces is None or len(faces) == 0:
         raise InputError.at(key, str(path), "has no triangles")
     return np.asarray(mesh.vertices, float), np.asarray(faces)
+
+
+def _counted_from_the_start(data):
+    """Text of an OBJ file whose corners are numbered from its start: a negative number counts back from its line, and
+    trimesh counts from the end of the file."""
+    if not BACKWARD.search(data):
+        return data
+    counts, lines = {b"v": 0, b"vt": 0, b"vn": 0}, []
+    for line in data.splitlines():
+        words = line.split()
+        if words and words[0] in counts:
+            counts[words[0]] += 1
+        elif words and words[0] == b"f":
+            line = b" ".join([b"f", *(_absolute(word, counts) for word in words[1:])])
+        lines.append(line)
+    return b"\n".join(lines) + b"\n"
+
+
+def _absolute(corner, counts):
+    parts = corner.split(b"/")
+    for k, name in zip(range(len(parts)), (b"v", b"vt", b"vn"), strict=False):
+        if parts[k].startswith(b"-") and parts[k][1:].isdigit():
+            parts[k] = str(counts[name] + 1 + int(parts[k])).encode()
+    return b"/".join(parts)
+
+
+def _tell_of_round_off(vertices, where):
+    """Warn where single precision, in which a binary STL is, does not hold the places of the corners."""
+    edges = np.linalg.norm(vertices[1::3] - vertices[::3], axis=1)
+    held, edge = float(np.spacing(np.float32(np.abs(vertices).max()))), float(np.median(edges)) if len(edges) else 0.0
+    if held > ROUNDED * edge:
+        warnings.warn(f"{where}: single precision holds places to {held:.3g} m there, and sides are {edge:.3g} m long:"
+                      " take an origin off its coordinates, or save it as PLY in double precision", stacklevel=3)
 
 
 def _size(path):

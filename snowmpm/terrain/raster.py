@@ -101,6 +101,8 @@ def _geotiff(path, box, key, where, elevation_unit, quantity):
         x, y, z = geotiff.read_band(source, where, frame.window)
         height = map_units.height_metres(elevation_unit, source.units[0], system, where)
         raster, told = frame.in_metres(x, y, z, height, quantity == ELEVATIONS)
+        if aside := geotiff.beside_it(path, source):
+            told.append(aside)
         if source.transform.b or source.transform.d:
             told.append(f"its rows do not run east: {quantity} are interpolated on a raster that does")
         if source.count > 1:
