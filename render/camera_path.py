@@ -67,7 +67,7 @@ class CameraPath:
         Raises InputError for a table that is none, times that do not rise, an eye that is its own target, and angles
         outside 1 to 120 degrees.
         """
-        columns, lines = read_number_table(path, ("time", *COLUMNS, ANGLE))
+        columns, lines = read_number_table(path, {"time": "s", **dict.fromkeys(COLUMNS, "m"), ANGLE: "degrees"})
         if missing := [name for name in ("time", *COLUMNS) if name not in columns]:
             raise InputError(f"{path}: has no column {missing[0]}; a camera path has time, {', '.join(COLUMNS)} and, if"
                              f" wanted, {ANGLE}")

@@ -160,7 +160,7 @@ SURROUNDINGS = {
     "time zone": {"TZ": "Mars/Olympus"}, "no user": {"USER": None, "LOGNAME": None},
     "hash seed": {"PYTHONHASHSEED": "1"},
 }
-NAMES = ["plain", "with space", "süd", "雪", "-o", "a" * 200, "two\nlines", "[bold]x[/]", "%s{0}$HOME", "'quoted\""]
+NAMES = ["plain", "with space", "süd", "雪", "-o", "a" * 200, "two\nlines", "[bold]x", "%s{0}$HOME", "'quoted\""]
 """Names of the folder of the scene."""
 
 OUTPUTS = ["new", "there, empty", "own file in it", "a file", "the scene's folder", "a run", "a broken run",
