@@ -76,7 +76,10 @@ def _text(data):
 
 def _is_none(z, none):
     """Whether values are the number for "none"; that of the ends of single precision, as it may be rounded."""
-    return np.abs(z - none) <= 1e-3 * abs(none) if abs(none) > LARGEST_SURE else z == none
+    same = z == none
+    if LARGEST_SURE < abs(none) < np.inf:
+        same |= (np.abs(z) > LARGEST_SURE) & (np.abs(z / none - 1.0) < 1e-3)
+    return same
 
 
 def _header(lines, path, key):
@@ -87,14 +90,14 @@ def _header(lines, path, key):
         if words and words[0].lower() not in HEADER:
             return head, n
         if words:
-            key = words[0].lower()
+            name = words[0].lower()
             try:
-                if key == "nodata_value" and len(words) == 2 and words[1].lower() in WORDS_FOR_NONE:
+                if name == "nodata_value" and len(words) == 2 and words[1].lower() in WORDS_FOR_NONE:
                     head[NONE] = words[1].lower()
                     continue
                 if len(words) > 2:
                     raise ValueError
-                head[key] = float(words[1])
+                head[name] = float(words[1])
             except (IndexError, ValueError):
                 raise InputError.at(key, str(path), f"line {n + 1}: {line.strip()[:60]!r} needs one number") from None
     return head, len(lines)
