@@ -123,7 +123,7 @@ def packing(count, friction, seed=1, rolling=0.0):
     law = ContactLaw(SOFT, 0.5 * SOFT, friction=friction, rolling=rolling, damping=0.2)
     cell = Assembly(positions, radii, law, box=box, density=2600.0)
     cell.damping = 0.02 / cell.dt
-    compress(cell, PRESSURE, fastest=50.0)
+    compress(cell, PRESSURE)
     return cell
 
 
