@@ -44,7 +44,8 @@ def drive(cell, strain, rates=(None, None, None), stresses=(None, None, None), f
 
 def compress(cell, pressure, fastest=50.0, tolerance=0.01, most=200_000):
     """Bring a cell to an isotropic pressure [Pa]: until each normal stress is within `tolerance` and the motion is less
-    than `tolerance` of the elastic energy. fastest: largest rate of an axis [1/s]. Raises ValueError after `most` steps."""
+    than `tolerance` of the elastic energy. fastest: largest rate of an axis [1/s]. Raises ValueError after `most`
+    steps."""
     target = np.full(3, -pressure)
     first = cell.steps
 
