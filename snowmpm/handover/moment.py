@@ -54,6 +54,12 @@ class Moment:
         """Whether places (n, 2) [m] lie in the region (n,)."""
         return inside(self._regions, plan)
 
+    def outside(self, lower: Floats, upper: Floats) -> bool:
+        """Whether its region lies outside the box between two corners (dim,) [m]."""
+        axes = slice(len(lower) - 1)
+        return all((region.upper <= lower[axes]).any() or (region.lower >= upper[axes]).any()
+                   for region in self._regions)
+
     def distance(self, positions: Floats) -> float:
         """From the nearest of places (n, 3) to the box around the region, in plan [m]."""
         return distance(self._regions, positions)

@@ -7,6 +7,9 @@ from typing import Any
 USUAL = ("thickness", "d0")
 """Attributes that hold the thickness, the first that a file has; `d0` is what AvaFrame called it at first."""
 
+ABSENT = "has no attribute"
+"""How it is said of a file that has none of these, in place of a wrong value."""
+
 THICKEST = 100.0
 """[m]: what is more is no thickness in metres, but centimetres or a number for "none"."""
 

@@ -5,6 +5,7 @@ import numpy as np
 from snowmpm import memory
 from snowmpm.errors import InputError
 from snowmpm.keys import Keyed
+from snowmpm.seeding.attributes import ABSENT
 from snowmpm.seeding.profile_layer import profile_layer
 from snowmpm.seeding.regions import regions_of
 from snowmpm.seeding.terrain_layer import terrain_layer
@@ -52,7 +53,7 @@ def _top(bottom, top, region, key):
     if top is not None and top != "file":
         return float(top)
     if region.thickness is None:
-        absent = region.flaw.startswith("has no ")
+        absent = region.flaw.startswith(ABSENT)
         how = f"{'name another with attribute' if absent else 'mend the file'}, or give top in metres"
         raise InputError.at(f"{key}.top", top, f"{region.label}: {region.flaw}: {how}")
     return bottom + region.thickness

@@ -115,7 +115,7 @@ def _with_thickness(polygons, names, attribute, told):
     name = attributes.chosen(names, attribute)
     if name is None:
         has = f"its attributes are {', '.join(names[:8])}{' ...' if len(names) > 8 else ''}" if names else "it has none"
-        flaw = f"has no attribute {attribute or attributes.USUAL[0]!r} ({has})"
+        flaw = f"{attributes.ABSENT} {attribute or attributes.USUAL[0]!r} ({has})"
         return [Feature(parts, None, flaw) for parts, _ in polygons]
     if attribute is None and name.lower() != attributes.USUAL[0]:
         told.append(f"the thickness is taken from its attribute {name}")

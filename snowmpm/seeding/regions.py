@@ -8,6 +8,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
+from snowmpm.seeding import attributes
 from snowmpm.seeding.polygons import Polygons
 from snowmpm.seeding.region_files import read_features
 
@@ -27,7 +28,7 @@ class Region:
     thickness: float | None = None
     label: str = "region"
     to_border: bool = False
-    flaw: str = "has no attribute 'thickness'"
+    flaw: str = f"{attributes.ABSENT} {attributes.USUAL[0]!r}"
 
     def area(self):
         """Plan area [m2], length [m] in 2-D."""

@@ -10,6 +10,7 @@ from snowmpm.errors import InputError, nearest_file
 from snowmpm.methods import METHODS
 from snowmpm.scenes import starts
 from snowmpm.scenes.terrain import Dem, Mesh
+from snowmpm.seeding.attributes import ABSENT
 from snowmpm.seeding.regions import read_regions
 from snowmpm.setup.build import build
 from snowmpm.stepping.abilities import course
@@ -121,7 +122,7 @@ def _given_thickness(polygons, release, thickness):
     some polygons have one and others do not, or a value is none, unless another thickness [m] is given."""
     given = [polygon.thickness for polygon in polygons if polygon.thickness is not None]
     flaw = next((polygon.flaw for polygon in polygons if polygon.thickness is None), "")
-    if thickness is None and flaw and not flaw.startswith("has no "):
+    if thickness is None and flaw and not flaw.startswith(ABSENT):
         others = f"; others have {', '.join(f'{value:g}' for value in given[:3])} m" if given else ""
         raise InputError(f"--release {release}: {flaw}{others}: complete the file, or give --thickness for all")
     return sum(given) / len(given) if given else None, flaw and f": {release.name} {flaw}"

@@ -129,33 +129,33 @@ class _Frame:
     def in_metres(self, x, y, z, height, elevated):
         """`Raster` of what was read, without cells that only seem to hold a value, and warnings for the user."""
         system = self.system and self.system.in_metres
-        z, told = (_heights if elevated else _without_marks)(x, y, z, self.metre / height)
+        z, told = _heights(x, y, z, self.metre, height) if elevated else _without_marks(z)
         said = map_units.converted(self.metre, height)
         return Raster(x * self.metre, y * self.metre, z * height, system), [*told, *filter(None, (said, self.doubt))]
 
 
-def _heights(x, y, z, scale):
-    """Heights without cells that stand for "none", and what to tell. scale: units of x over units of z."""
+def _heights(x, y, z, metre, height):
+    """Heights without cells that stand for "none", and warnings. metre, height: metres in a unit of x, and of z."""
     steps = [np.ptp(axis) / (len(axis) - 1) for axis in (x, y) if len(axis) > 1]
-    found = undeclared.undeclared_heights(z, max(steps) * scale) if steps else None
+    found = undeclared.undeclared_heights(z, max(steps) * metre, height) if steps else None
     if found is None:
         return z, []
     side = "below" if found.off < 0.0 else "above"
-    off = "" if not abs(found.off) < undeclared.HUGE else f", {abs(found.off):.0f} {side} the others"
+    off = f", {abs(found.off):.0f} m {side} the others" if abs(found.off) < undeclared.HUGE else ""
     return np.where(found.where, np.nan, z), [
-        f"{np.count_nonzero(found.where)} cells hold no height but {found.value:.6g}{off}, which the file does not"
-        " declare as no data: taken as such"]
+        f"{np.count_nonzero(found.where)} cells hold {found.value:.6g}{off}: taken as no data, which the file"
+        " does not declare"]
 
 
-def _without_marks(x, y, z, scale):
+def _without_marks(z):
     """The same for numbers that are no heights."""
     found = undeclared.marked(z)
     if not found.any():
         return z, []
     values, counts = np.unique(z[found], return_counts=True)
     return np.where(found, np.nan, z), [
-        f"{np.count_nonzero(found)} cells hold {values[counts.argmax()]:.6g}, which the file does not declare as no"
-        " data: taken as such"]
+        f"{np.count_nonzero(found)} cells hold {values[counts.argmax()]:.6g}: taken as no data, which the file does not"
+        " declare"]
 
 
 def _window(centres, box, axis):

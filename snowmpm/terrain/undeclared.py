@@ -20,7 +20,7 @@ PIT = 50.0, 2.0
 
 class Undeclared(NamedTuple):
     """Cells without data that a raster takes for heights. where: mask; value: the number of most of them; off: how far
-    they lie off their neighbours [m], most of them."""
+    it lies above the middle height of the others [m]."""
 
     where: np.ndarray
     value: float
@@ -32,8 +32,10 @@ def marked(values):
     return np.isin(values, MARKS) | (np.abs(values) >= HUGE)
 
 
-def undeclared_heights(z, distance):
-    """`Undeclared` cells of heights z (rows, columns) [m], NaN where a cell has none, `distance` [m] apart; None: none.
+def undeclared_heights(z, distance, metre=1.0):
+    """`Undeclared` cells of heights z (rows, columns) in units of `metre` [m], NaN where a cell has none; None: none.
+
+    distance [m]: between the cells.
 
     Ground without steps beyond TORN in itself is one piece. Everything torn off the largest piece stands for "none":
     -32768, 32767 or -3.4e38 beside heights, and what interpolation made of them, with the cells beside it. So do cells
@@ -42,7 +44,7 @@ def undeclared_heights(z, distance):
     from scipy.ndimage import binary_dilation  # slow to import
 
     found = np.zeros(z.shape, bool)
-    step = max(TORN[0], TORN[1] * distance)
+    step = max(TORN[0], TORN[1] * distance) / metre
     number, count = _pieces(z, step)
     ground, suspect = None, marked(z)
     if count > 1:
@@ -54,7 +56,7 @@ def undeclared_heights(z, distance):
     elif suspect.any() and (suspect | np.isnan(z)).all():
         found |= suspect
     left = np.where(found, np.nan, z)
-    found |= _pits(left, max(PIT[0], PIT[1] * distance))
+    found |= _pits(left, max(PIT[0], PIT[1] * distance) / metre)
     if not found.any():
         return None
     if len(np.unique(z[found & ~suspect & (z != 0.0)])) > 1:  # interpolated with heights, as cells beside them were
@@ -62,7 +64,7 @@ def undeclared_heights(z, distance):
     values, counts = np.unique(z[found], return_counts=True)
     value = float(values[counts.argmax()])
     rest = np.where(found, np.nan, z)
-    off = value - float(np.nanmedian(rest)) if not np.isnan(rest).all() else np.nan
+    off = (value - float(np.nanmedian(rest))) * metre if not np.isnan(rest).all() else np.nan
     return Undeclared(found, value, off)
 
 

@@ -50,7 +50,7 @@ def test_gaps_of_a_mountain(tmp_path, kind, mark):
     if kind == "tif" and mark == -9999.0:  # what is taken where a file declares nothing
         raster = read_raster(path)
     else:
-        with pytest.warns(UserWarning, match="40 cells hold no height but"):
+        with pytest.warns(UserWarning, match="40 cells hold .* taken as no data"):
             raster = read_raster(path)
     assert np.isnan(raster.z[GAP]).all() and np.isnan(raster.z).sum() == 40
     assert np.nanmin(raster.z) > 2100.0
@@ -62,7 +62,7 @@ def test_gaps_of_most_of_a_raster(tmp_path, mark):
     z = mountain(60, 60)
     row, column = np.indices(z.shape)
     z[np.abs(row - column) > 12] = mark
-    with pytest.warns(UserWarning, match="cells hold no height but"):
+    with pytest.warns(UserWarning, match="cells hold .* taken as no data"):
         raster = read_raster(written(tmp_path / "dem.tif", z, -1.0))
     assert (np.isnan(raster.z) == (np.abs(row - column) > 12)).all()
 
@@ -79,10 +79,12 @@ def test_what_interpolation_made_of_a_gap(tmp_path):
     assert np.isfinite(left).mean() > 0.8
 
 
-def test_heights_in_feet(tmp_path):
+@pytest.mark.parametrize(("mark", "words"), [(0.0, "40 cells hold 0, 2... m below"),
+                                             (-32768.0, "40 cells hold -32768, 12... m below")])
+def test_heights_in_feet(tmp_path, mark, words):
     z = mountain()
-    z[GAP] = 0.0
-    with pytest.warns(UserWarning, match="40 cells hold no height but 0, "):
+    z[GAP] = 0.3048 * mark
+    with pytest.warns(UserWarning, match=words):
         raster = read_raster(written(tmp_path / "dem.tif", z / 0.3048, -1.0, unit="foot"))
     assert np.nanmin(raster.z) > 2100.0
 
@@ -108,7 +110,7 @@ def test_other_quantities_have_no_value_there(tmp_path, mark):
     z = np.full((40, 30), 0.3)
     z[GAP] = mark
     path = written(tmp_path / "mu.tif", z, 1.0)
-    with pytest.warns(UserWarning, match="40 cells hold .*: taken as such"):
+    with pytest.warns(UserWarning, match="40 cells hold .*: taken as no data"):
         raster = read_raster(path, key="friction.mu", quantity="friction coefficients")
     assert np.isnan(raster.z[GAP]).all() and np.nanmax(raster.z) == pytest.approx(0.3)
 
@@ -126,6 +128,6 @@ def test_gaps_that_failed():
         pytest.skip("needs shared/cases")
     right = read_raster(folder / "gap_declared.tif").z
     for name in ("gap_undeclared.tif", "gap_wrong_tag.asc", "gap_zero.tif"):
-        with pytest.warns(UserWarning, match="40 cells hold no height but"):
+        with pytest.warns(UserWarning, match="40 cells hold .* taken as no data"):
             z = read_raster(folder / name).z
         assert (np.isnan(z) == np.isnan(right)).all()

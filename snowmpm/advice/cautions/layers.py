@@ -86,14 +86,23 @@ def softening_on_grid(facts):
 @rule("mpm")
 def shallow_flow(facts):
     """Layers of snow that may slide on the ground, by their depth at the start."""
-    if not any(body.shape.kind == "layer" for body in facts.scene.bodies):
-        return
+    if border := too_shallow(facts):
+        found = worded(border, "solver.dx", facts.model.depth / facts.dx)
+        yield replace(found, cure=_deep_enough(facts, _setting(facts)))
+
+
+def too_shallow(facts):
+    """The border of `shallow_flow` that the depth of the layers at the start is beyond; None where there is none."""
+    if facts.scene.solver.method != "mpm" or not any(body.shape.kind == "layer" for body in facts.scene.bodies):
+        return None
     depth = facts.model.depth / facts.dx
-    setting = {"aflip": "aflip 0.99", "flip": "flip 0.99"}.get(facts.scene.solver.transfer, facts.scene.solver.transfer)
     # None where all of it lies over the end of the ground
-    if depth > 0.0 and (border := beyond("shallow_flow", setting, depth)):
-        found = worded(border, "solver.dx", depth)
-        yield replace(found, cure=_deep_enough(facts, setting))
+    return beyond("shallow_flow", _setting(facts), depth) if depth > 0.0 else None
+
+
+def _setting(facts):
+    name = facts.scene.solver.transfer
+    return {"aflip": "aflip 0.99", "flip": "flip 0.99"}.get(name, name)
 
 
 def _deep_enough(facts, own):

@@ -32,8 +32,7 @@ def switch_that_never_comes(facts):
 
 def _out_of_reach(model, switch, key):
     moment = Moment(switch, model.surface, model.scene.base_dir, key)
-    return all((region.upper <= model.lower[: len(region.upper)]).any()
-               or (region.lower >= model.upper[: len(region.lower)]).any() for region in moment._regions)
+    return moment.outside(model.lower, model.upper)
 
 
 @rule(*METHODS)

@@ -1,6 +1,7 @@
 """Rules: bodies that the cells do not resolve."""
 
-from snowmpm.advice.cautions.caution import Caution, accepted, beyond, rounded_down, rule
+from snowmpm.advice.cautions.caution import Caution, accepted, rounded_down, rule
+from snowmpm.advice.cautions.layers import too_shallow
 from snowmpm.components import carried
 from snowmpm.methods import METHODS
 
@@ -18,10 +19,11 @@ def thin_body(facts):
     """A body of any shape thinner than LEAST_CELLS that touches no other; layers that may slide have a rule of their
     own (`layers.shallow_flow`)."""
     touching = {body for pair in facts.pairs if pair.distance == 0 for body in (pair.first, pair.second)}
-    if facts.begin > 0.0 or _shallow(facts):
+    if facts.begin > 0.0:
         return
+    shallow = too_shallow(facts) is not None
     for i, body in enumerate(facts.scene.bodies):
-        if i in touching or carried(facts.scene, body):
+        if i in touching or carried(facts.scene, body) or (shallow and body.shape.kind == "layer"):
             continue
         cells = facts.thickness(i)
         if cells < FITTED * LEAST_CELLS:
@@ -30,12 +32,3 @@ def thin_body(facts):
             within = "it is smaller than a cell" if whole else "strain across it is one number"
             cure = f"solver.dx = {dx:g} or less" if accepted(facts, {"solver.dx": dx}) else "a finer grid"
             yield Caution("", f"bodies.{i} ({body.name})", f"{cells:.2g} cells thick: {within}", cure)
-
-
-def _shallow(facts):
-    if not any(body.shape.kind == "layer" for body in facts.scene.bodies):
-        return False
-    name = facts.scene.solver.transfer
-    setting = {"aflip": "aflip 0.99", "flip": "flip 0.99"}.get(name, name)
-    depth = facts.model.depth / facts.dx
-    return depth > 0.0 and beyond("shallow_flow", setting, depth) is not None
