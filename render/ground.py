@@ -122,11 +122,8 @@ def contour_interval(heights, extent):
 
 def ground_colour(relief, vertices, sun, cover=None):
     """Light (n, 3) from the ground at vertices (n, 3) on it, lit from `sun`; with a cover, as it is at the end."""
-    slopes = np.gradient(np.where(np.isfinite(relief.heights), relief.heights, np.nanmean(relief.heights)), relief.cell)
     x, y = vertices[:, 0], vertices[:, 1]
-    down = [-relief.sample(slopes[axis], x, y, 0.0) for axis in (1, 0)]
-    normal = np.column_stack([*down, np.ones(len(x))])
-    normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
+    normal = relief.normal(x, y)
     sunlight = relief.sample(relief.sunlight(sun), x, y, 1.0).astype(np.float32)
     openness = relief.sample(relief.openness, x, y, 1.0).astype(np.float32)
     grain = _grain(vertices.astype(np.float32), relief.cell)
@@ -135,6 +132,26 @@ def ground_colour(relief, vertices, sun, cover=None):
         bare = np.isfinite(cover.when(vertices))[:, None]
         albedo = np.where(bare, albedo, cover.over(albedo, grain, normal))
     return albedo * light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
+
+
+def plan_colours(relief, cover, most):
+    """(colours (rows, columns, 3) in linear light, lower, upper): the unlit ground in plan, row 0 in the south, at most
+    so many pixels along its longer side, and the corners (2,) [m] of what it shows; with a `SnowCover` or None."""
+    extent = relief.cell * (np.array(relief.heights.shape[::-1]) - 1.0)
+    columns, rows = np.maximum(np.round(most * extent / extent.max()), 2).astype(int)
+    low = np.array([relief.x0, relief.y0])
+    y, x = (side.ravel() for side in np.meshgrid(low[1] + extent[1] * (np.arange(rows) + 0.5) / rows,
+                                                 low[0] + extent[0] * (np.arange(columns) + 0.5) / columns,
+                                                 indexing="ij"))
+    normal = relief.normal(x, y)
+    # Noise is in plan: the height counts for nothing
+    point = np.column_stack([x, y, np.zeros(len(x))]).astype(np.float32)
+    grain, rough = _grain(point, relief.cell), _roughness(point, relief.cell)
+    albedo, relieved = _albedo(normal, grain), 1.0
+    if cover is not None:
+        albedo, relieved = cover.over(albedo, grain, normal), SNOW_RELIEF
+    albedo *= (1.0 + relieved * (rough - 1.0))[:, None]
+    return albedo.reshape(rows, columns, 3), low, low + extent
 
 
 def seen_facets(relief, camera):

@@ -38,6 +38,13 @@ class Relief:
         """Ground height at plan positions, `outside` beyond the box and in holes."""
         return self.sample(self.heights, x, y, outside)
 
+    def normal(self, x, y):
+        """Unit normals (n, 3) float32 of the ground at plan positions (n,)."""
+        ground = np.where(np.isfinite(self.heights), self.heights, np.nanmean(self.heights))
+        rise_y, rise_x = (self.sample(rise, x, y, 0.0) for rise in np.gradient(ground, self.cell))
+        normal = np.column_stack([-rise_x, -rise_y, np.ones(len(rise_x))])
+        return (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
+
     def sample(self, raster, x, y, outside):
         """A raster of the relief's shape at plan positions, bilinear."""
         at = np.stack([(np.asarray(y) - self.y0) / self.cell, (np.asarray(x) - self.x0) / self.cell])

@@ -89,5 +89,12 @@ class SpaceView(View):
             points = None
         return draw_solids(ground.at(self.run.times[i], points, spacing), camera, self.sun, *self.solids(i))
 
+    def whole_relief(self):
+        """`Relief` of all the terrain, not only of what the picture shows; None without."""
+        if self.terrain is None:
+            return None
+        plan = np.asarray(self.terrain.vertices)[np.unique(self.terrain.facets), :2]
+        return build_relief(self.terrain, plan.min(axis=0), plan.max(axis=0))
+
     def _drawn_ground(self, camera, sky=light.sky):
         return draw_ground(self.relief, camera, self.sun, sky, self.cover)

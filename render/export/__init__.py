@@ -13,14 +13,16 @@ WRITERS = {"usd": usd.write, "ply": ply.write, "gltf": gltf.write}
 
 
 def export_run(run: Run, folder: PathLike, kind: str, *, surface: bool = False, fields: list[str] | None = None,
-               every: int = 1, speed: float = 1.0, fps: float = 25.0) -> list[Path]:
+               every: int = 1, speed: float = 1.0, fps: float = 25.0, size: tuple[int, int] = (1280, 720),
+               camera: str | None = None, camera_path: PathLike | None = None) -> list[Path]:
     """Write a run for other programs into a folder; -> the paths written.
 
     kind      "usd": one file for all times; "ply": a binary file a frame; "gltf": a .glb file a frame
     surface   the surface of the snow as a mesh, instead of its particles (extra `export`)
-    fields    of the particles; by default all that the run holds
+    fields    of the snow; by default all that the run holds, but none on a surface in USD
     every     takes every n-th frame
     speed     simulated seconds in a second of film;  fps: pictures a second, of USD
+    size, camera, camera_path  of the film whose camera and sun go into USD, as of `render_run`
     Lengths are metres from the run's origin, z up (glTF: y up, as its standard says). Raises InputError for an unknown
     kind or field, a run without frames, and where a library is missing.
     """
@@ -31,7 +33,10 @@ def export_run(run: Run, folder: PathLike, kind: str, *, surface: bool = False, 
     for name, value in (("--speed", speed), ("--fps", fps)):
         if not value > 0.0:
             raise InputError.at(name, value, "must be > 0")
-    sequence = Sequence(run, surface=surface, fields=fields, every=every, speed=speed, fps=fps)
+    if kind == "usd" and surface and fields is None:
+        fields = []  # A mesh is lit, not coloured by numbers, which would be more than its shape
+    sequence = Sequence(run, surface=surface, fields=fields, every=every, speed=speed, fps=fps,
+                        film={"size": size, "camera": camera, "camera_path": camera_path})
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     return WRITERS[kind](sequence, folder)

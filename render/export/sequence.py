@@ -1,16 +1,24 @@
-"""What is exported of a run: its snow in each chosen frame, its ground, its obstacles."""
+"""What is exported of a run: its snow in each chosen frame, its ground, its obstacles, the camera of its film."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+import trimesh
 
 from snowmpm.errors import InputError
 from snowmpm.render.export.snow_surface import require_splashsurf, snow_surface
+from snowmpm.render.floor import ground_of
+from snowmpm.render.run_film import view_of
+from snowmpm.render.upright import turned
 from snowmpm.render.view import particle_spacing, piled
 
 IDENTITY = "id"
 """Field with the number of each particle."""
+VELOCITY = "velocity"
+CREASE = np.radians(30.0)
+"""Angle between the faces of an obstacle above which their edge is sharp."""
 RIBBON = 20.0
 """Width of a section in plane strain, in particle spacings: lines of its ground become strips."""
 
@@ -18,23 +26,26 @@ RIBBON = 20.0
 @dataclass(frozen=True)
 class Shape:
     """points (n, 3) [m] float32; faces (m, 3) of a mesh, or None of particles; fields (n,) or (n, k) by name; radius
-    [m] of a particle; numbers (n,) of the particles, ascending, or None where they have none."""
+    [m] of a particle; numbers (n,) of the particles, ascending, or None where they have none; velocity (n, 3) [m/s] of
+    the snow, or None where the run did not record it."""
 
     points: np.ndarray
     faces: np.ndarray | None
     fields: dict[str, Any]
     radius: float = 0.0
     numbers: np.ndarray | None = None
+    velocity: np.ndarray | None = None
 
 
 class Sequence:
     """Frames of a run.
 
     name, origin (3,) [m] in map coordinates, indices of the frames, times [s], seconds of film; identified: whether
-    its particles keep their numbers and their order from frame to frame.
+    its particles keep their numbers and their order from frame to frame. film: size, camera and camera_path of its
+    film, as of `render_run`.
     """
 
-    def __init__(self, run, *, surface=False, fields=None, every=1, speed=1.0, fps=25.0):
+    def __init__(self, run, *, surface=False, fields=None, every=1, speed=1.0, fps=25.0, film=None):
         if not len(run):
             raise InputError(f"{run.path}: no frames yet")
         if surface:
@@ -44,7 +55,7 @@ class Sequence:
                 raise InputError.not_in("--fields", name, run.field_names, file=run.path)
         self.run, self.name, self.origin = run, run.name, run.origin
         self.fps, self.speed = fps, speed
-        self._surface = surface
+        self._surface, self._film = surface, film or {}
         self.identified = not surface and IDENTITY in run.field_names and "depth" not in run.field_names
         self._names = list(run.field_names if fields is None else fields)
         self.indices = range(0, len(run), every)
@@ -62,30 +73,69 @@ class Sequence:
     def snow(self, i):
         """`Shape` of the snow in frame `i`."""
         in_plan = "depth" in self.run.field_names
-        extra = [*(["depth"] if in_plan else []), *([IDENTITY] if self.identified else [])]
+        moving = VELOCITY in self.run.field_names
+        extra = [*(["depth"] if in_plan else []), *([IDENTITY] if self.identified else []),
+                 *([VELOCITY] if moving else [])]
         frame = self.run.frame(i, dict.fromkeys([*self._names, *extra]))
         spacing = particle_spacing(self.run, frame.time)
         good = np.flatnonzero(np.isfinite(frame.points).all(axis=1))
         # A run file holds particles in the order of its blocks, which changes as they move
         kept = good[np.argsort(frame.fields[IDENTITY][good], kind="stable")] if self.identified else good
-        points, fields = frame.points[kept], {name: frame.fields[name][kept] for name in self._names}
+        points = frame.points[kept]
+        # The velocity last, for the blur of what moves, whether or not it is wished for as a field
+        names = [*self._names, *([VELOCITY] if moving and VELOCITY not in self._names else [])]
+        fields = {name: frame.fields[name][kept] for name in names}
         if in_plan:
             points, *values = piled(points, frame.fields["depth"][good], spacing, *fields.values())
             fields = dict(zip(fields, values, strict=True))
         points = np.ascontiguousarray(points, np.float32)
-        if not self._surface:
-            numbers = frame.fields[IDENTITY][kept] if self.identified else None
-            return Shape(points, None, fields, 0.5 * spacing, numbers)
-        return Shape(*snow_surface(points, spacing, fields, flat=self.run.dimension == 2))
+        faces = None
+        if self._surface:
+            points, faces, fields = snow_surface(points, spacing, fields, flat=self.run.dimension == 2)
+        velocity = fields.get(VELOCITY)
+        fields = {name: fields[name] for name in self._names}
+        if self._surface:
+            return Shape(points, faces, fields, velocity=velocity)
+        numbers = frame.fields[IDENTITY][kept] if self.identified else None
+        return Shape(points, None, fields, 0.5 * spacing, numbers, velocity)
 
     def ground(self):
-        """`Shape` of the ground, None without."""
-        terrain = self.run.terrain
+        """`Shape` of the ground that the film shows, None without."""
+        terrain = ground_of(self.run)
         return None if terrain is None else self._mesh(terrain.vertices, terrain.facets)
 
     def obstacles(self, i):
         """`Shape`s of the obstacles in frame `i`, by name."""
         return {name: self._mesh(one.placed(i), one.facets) for name, one in self.run.obstacles.items()}
+
+    def solids(self):
+        """By name of each obstacle its `Shape` where the scene draws it, with vertices of their own on each side of a
+        sharp edge, and its poses in the frames, (rotation (k, 3, 3), translation (k, 3)), None where it stays."""
+        found = {}
+        for name, one in self.run.obstacles.items():
+            shape = self._mesh(one.vertices, one.facets)
+            edged = trimesh.graph.smooth_shade(trimesh.Trimesh(shape.points, shape.faces, process=False), angle=CREASE)
+            shape = Shape(np.asarray(edged.vertices, np.float32), np.asarray(edged.faces, np.int32), {})
+            rotation, translation = (part[self.indices.start : self.indices.stop : self.indices.step]
+                                     for part in (one.rotation, one.translation))
+            moves = np.any(rotation != np.eye(3)) or np.any(translation != 0.0)
+            found[name] = shape, (rotation, translation) if moves else None
+        return found
+
+    @cached_property
+    def view(self):
+        """The view of the film, of which nothing is drawn."""
+        film = {"size": (1280, 720), "camera": None, "camera_path": None} | self._film
+        return view_of(self.run, film["size"], "snow", film["camera"], camera_path=film["camera_path"], drawn=False)
+
+    @property
+    def turn(self):
+        """(3, 3) from the frame of the run to that of its film, z up; None where they are the same."""
+        return getattr(self.view.run, "turn", None)
+
+    def upright(self, points):
+        """Places (n, 3) of the run in the frame of its film."""
+        return turned(self.view.run, np.asarray(points, float))
 
     def _mesh(self, vertices, facets):
         vertices, facets = np.asarray(vertices, np.float32), np.asarray(facets, np.int32)

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from snowmpm.errors import InputError
 
-SMOOTHING, CUBE, THRESHOLD = 2.0, 1.0, 0.6
+SMOOTHING, CUBE, THRESHOLD = 2.0, 1.2, 0.6
 """Smoothing length and side of a cube, in radii of a particle, and level of the surface: as the library advises."""
 
 EVENING = 10
@@ -42,7 +42,7 @@ def snow_surface(points, spacing, fields, flat=False):
     mesh, _ = pysplashsurf.reconstruction_pipeline(
         np.ascontiguousarray(points - low, np.float32), particle_radius=radius, rest_density=1000.0,
         smoothing_length=SMOOTHING, cube_size=CUBE, iso_surface_threshold=THRESHOLD, mesh_smoothing_weights=True,
-        mesh_smoothing_iters=EVENING, multi_threading=True)
+        mesh_smoothing_iters=EVENING, mesh_cleanup=True, decimate_barnacles=True, multi_threading=True)
     vertices, faces = np.asarray(mesh.mesh.vertices), np.asarray(mesh.mesh.triangles, np.int32)
     nearest = source[cKDTree(points - low).query(vertices)[1]] if len(vertices) else np.zeros(0, int)
     return (vertices + low).astype(np.float32), faces, {name: values[nearest] for name, values in fields.items()}

@@ -37,6 +37,12 @@ Camera = Annotated[
         ' "orbit" goes round the action, "follow" stays with what moves.'
     ),
 ]
+CameraFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="The camera moves along this CSV file: time, eye_x, eye_y, eye_z, target_x,"
+                 " target_y, target_z in the scene's coordinates and, if wanted, field_of_view in degrees."),
+]
+Size = Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")]
 Time = Annotated[
     float | None, typer.Option(metavar="T", help="Draw the frame nearest to this time, in seconds, as a .png picture.")
 ]
@@ -55,11 +61,7 @@ def render(
     output: Output = None,
     color: Color = None,
     camera: Camera = None,
-    camera_path: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The camera moves along this CSV file: time, eye_x, eye_y, eye_z, target_x,"
-                     " target_y, target_z in the scene's coordinates and, if wanted, field_of_view in degrees."),
-    ] = None,
+    camera_path: CameraFile = None,
     time: Time = None,
     cutaway: Annotated[
         bool,
@@ -70,7 +72,7 @@ def render(
     mirror: Annotated[
         bool, typer.Option("--mirror", help="Draw half and quarter bodies whole, with their mirror images.")
     ] = False,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
+    size: Size = "1280x720",
     fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second of film.")] = 25.0,
     speed: Annotated[
         float | None,
@@ -117,7 +119,7 @@ def render(
     Needs no display and no graphics card. A run in progress is drawn up to its last frame. A page (-o scene.html) is
     self-contained: it opens in any browser, and can be sent.
     """
-    shape = _pixels(size)
+    shape = pixels(size)
     from snowmpm.io import Run
     from snowmpm.render.timing import Timing
 
@@ -196,7 +198,7 @@ def draw(run, target, quiet=False, beside=None, **choices):
     return written
 
 
-def _pixels(size):
+def pixels(size):
     """(width, height) in pixels from text such as "1280x720".
 
     Raises InputError where it does not fit this form, or is too small or too large to draw.
