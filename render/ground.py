@@ -126,8 +126,8 @@ def ground_colour(relief, vertices, sun, cover=None):
     normal = relief.normal(x, y)
     sunlight = relief.sample(relief.sunlight(sun), x, y, 1.0).astype(np.float32)
     openness = relief.sample(relief.openness, x, y, 1.0).astype(np.float32)
-    grain = _grain(vertices.astype(np.float32), relief.cell)
-    albedo = _albedo(normal, grain)
+    grain = ground_noise(vertices.astype(np.float32), relief.cell)
+    albedo = bare_albedo(normal, grain)
     if cover is not None:
         bare = np.isfinite(cover.when(vertices))[:, None]
         albedo = np.where(bare, albedo, cover.over(albedo, grain, normal))
@@ -146,8 +146,8 @@ def plan_colours(relief, cover, most):
     normal = relief.normal(x, y)
     # Noise is in plan: the height counts for nothing
     point = np.column_stack([x, y, np.zeros(len(x))]).astype(np.float32)
-    grain, rough = _grain(point, relief.cell), _roughness(point, relief.cell)
-    albedo, relieved = _albedo(normal, grain), 1.0
+    grain, rough = ground_noise(point, relief.cell), roughness(point, relief.cell)
+    albedo, relieved = bare_albedo(normal, grain), 1.0
     if cover is not None:
         albedo, relieved = cover.over(albedo, grain, normal), SNOW_RELIEF
     albedo *= (1.0 + relieved * (rough - 1.0))[:, None]
@@ -179,10 +179,10 @@ def _shades(relief, raster, sun, interval, cover):
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     sunlight = relief.sample(relief.sunlight(sun), point[:, 0], point[:, 1], 1.0).astype(np.float32)
     openness = relief.sample(relief.openness, point[:, 0], point[:, 1], 1.0).astype(np.float32)
-    grain, lines = _grain(point, relief.cell), 0.4 * _contours(point, raster, interval)
-    bare = _albedo(normal, grain)
+    grain, lines = ground_noise(point, relief.cell), 0.4 * _contours(point, raster, interval)
+    bare = bare_albedo(normal, grain)
     albedos = [bare, *([] if cover is None else [cover.over(bare, grain, normal)])]
-    rough = _roughness(point, relief.cell)
+    rough = roughness(point, relief.cell)
     if relief.ground is not None:
         wall = raster.facet[raster.hit] >= relief.ground
         strata, openness[wall] = _strata(point[wall], relief), 1.0
@@ -204,18 +204,18 @@ def _strata(point, relief):
     return ((EARTH + share * (BEDROCK - EARTH)) * layers).astype(np.float32)
 
 
-def _roughness(point, cell):
+def roughness(point, cell):
     """Brightness around 1 of stones and tufts smaller than the cells of the terrain, as if they rose and fell."""
     table = np.random.default_rng(11).random((256, 256)).astype(np.float32)
     total = np.ones(len(point), np.float32)
     for size, weight in ((1.6, 0.30), (0.55, 0.24)):
         at = np.stack([point[:, 1], point[:, 0]]) / (size * cell)
-        here, there = (ndimage.map_coordinates(table, (at + k) % 255.0, order=1, mode="wrap") for k in (0.0, 0.5))
+        here, there = (ndimage.map_coordinates(table, (at + k), order=1, mode="grid-wrap") for k in (0.0, 0.5))
         total += weight * (there - here)
     return total
 
 
-def _albedo(normal, grain):
+def bare_albedo(normal, grain):
     """Meadow on gentle ground, scree above 30 degrees, rock above 45, with a grain (n,) that gives the eye a scale."""
     slope = np.degrees(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
     steep = np.clip((slope + 10.0 * (grain - 0.5) - 18.0) / 16.0, 0.0, 1.0)[:, None]
@@ -225,13 +225,13 @@ def _albedo(normal, grain):
     return colour * (0.86 + 0.28 * grain[:, None])
 
 
-def _grain(point, cell):
+def ground_noise(point, cell):
     """Fixed noise in [0, 1] over plan positions, from patches of the region down to single cells."""
     table = np.random.default_rng(7).random((256, 256)).astype(np.float32)
     total = np.zeros(len(point), np.float32)
     for size, weight in ((40.0, 0.25), (12.0, 0.25), (4.0, 0.3), (1.2, 0.2)):
         at = np.stack([point[:, 1], point[:, 0]]) / (size * cell)
-        total += weight * ndimage.map_coordinates(table, at % 255.0, order=1, mode="wrap")
+        total += weight * ndimage.map_coordinates(table, at, order=1, mode="grid-wrap")
     return np.clip(0.5 + 1.6 * (total - 0.5), 0.0, 1.0)
 
 

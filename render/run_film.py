@@ -11,6 +11,7 @@ from snowmpm.annotations import Floats, PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render.camera_path import CameraPath
+from snowmpm.render.cinema.view import CinemaView
 from snowmpm.render.film import PICTURES, open_film, output_kind
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.passes import checked_pass
@@ -26,6 +27,7 @@ from snowmpm.stages import stage
 
 PREPARING = "choosing colours and camera, lighting the ground"
 SIZES = (64, 8192)
+LOOKS = ("diagram", "cinematic")
 
 
 def render_run(
@@ -33,7 +35,7 @@ def render_run(
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
     progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
     camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full",
-    inset: str = "auto"
+    inset: str = "auto", look: str = "diagram"
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -59,6 +61,8 @@ def render_run(
                where snow moves on a slope
     quality    "full", or "preview": a fifth of the time, with a third of the pixels each way and, in 3-D, a quarter of
                the particles, for a look at time, colours and camera
+    look       "diagram", or "cinematic", in 3-D: snow without colours by default, no words, sun, haze, motion blur and
+               depth of field, drawn by PyVista with OpenGL (`cinema`)
     The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
     unknown field or camera, another ending of `output`.
     """
@@ -66,12 +70,14 @@ def render_run(
     timing = timing or Timing(fps)
     size = checked_wishes(output, size, time, timing, run)
     checked_pass(layer, output_kind(output), run.dimension)
+    if look == "cinematic" and layer != "picture":
+        raise InputError.at("look", look, f'goes without pass = "{layer}", which is of diagrams')
     if quality != "full" and layer != "picture":
         raise InputError.at("quality", quality, f'goes without pass = "{layer}", which is for compositing')
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality,
+        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality, look=look,
                        inset="off" if inset in WISHES and (plain or layer != "picture") else inset)
-    view.plain, view.layer_drawn = plain, layer
+    view.plain, view.layer_drawn = plain or look == "cinematic", layer
     return write_pictures(view, run.times, output, time, timing, progress)
 
 
@@ -125,7 +131,7 @@ def check_drawable(run):
 
 
 def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto", drawn=True,
-            quality="full", inset="auto"):
+            quality="full", inset="auto", look="diagram"):
     """The view of a run whose `picture(i)` draws its frame i; drawn False: with its colours and camera, but without
     pictures; other arguments and errors as of `render_run`."""
     check_drawable(run)
@@ -133,6 +139,10 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
     quality = Quality.named(quality)
     if inset not in WISHES:
         raise InputError.not_in("inset", inset, WISHES)
+    if look not in LOOKS:
+        raise InputError.not_in("look", look, LOOKS)
+    if look == "cinematic" and run.dimension == 2:
+        raise InputError.at("look", look, "is of runs in three dimensions; a section is a diagram")
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
                          " shows the weak layer")
@@ -145,6 +155,10 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
             raise InputError.not_in("ground", ground, GROUNDS)
         return SectionView(run, size, color, camera or "auto", quality=quality, inset=inset)
     path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
+    if look == "cinematic":
+        if cutaway:
+            raise InputError.at("look", look, "goes without a cutaway, which is of diagrams")
+        return CinemaView(run, size, color, camera or "auto", path=path, ground=ground, quality=quality)
     return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn,
                      quality=quality, inset=inset if drawn else "off")
 

@@ -116,6 +116,6 @@ def _stones(x, z, scale):
     total = np.zeros((len(z), len(x)), np.float32)
     for size, weight in ((60.0, 0.5), (18.0, 0.5)):
         length = 2.0 ** np.round(np.log2(size / scale))  # m: a power of two, the same for neighbouring scales
-        at = np.meshgrid(z / length % 127.0, x / length % 127.0, indexing="ij")
-        total += weight * ndimage.map_coordinates(table, at, order=1, mode="wrap")
+        at = np.meshgrid(z / length, x / length, indexing="ij")
+        total += weight * ndimage.map_coordinates(table, at, order=1, mode="grid-wrap")
     return total

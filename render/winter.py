@@ -155,4 +155,4 @@ def _noise(places, size):
     """Fixed noise in [-1, 1] over plan positions, in patches of a `size` [m]."""
     table = np.random.default_rng(5).uniform(-1.0, 1.0, (256, 256)).astype(np.float32)
     at = np.stack([places[:, 1], places[:, 0]]) / size
-    return ndimage.map_coordinates(table, at % 255.0, order=1, mode="wrap")
+    return ndimage.map_coordinates(table, at, order=1, mode="grid-wrap")

@@ -23,10 +23,11 @@ def require_splashsurf():
         raise InputError("--surface needs the export extra: pip install 'snowmpm[export]'") from None
 
 
-def snow_surface(points, spacing, fields, flat=False):
+def snow_surface(points, spacing, fields, flat=False, evening=EVENING):
     """Vertices (n, 3) [m], faces (m, 3), and the fields of the nearest particle at each vertex.
 
-    points (k, 3) [m]; flat: a section in x and z, which becomes a slice three particles thick.
+    points (k, 3) [m]; flat: a section in x and z, which becomes a slice three particles thick; evening: passes of the
+    library's smoothing.
     """
     import pysplashsurf
 
@@ -42,7 +43,7 @@ def snow_surface(points, spacing, fields, flat=False):
     mesh, _ = pysplashsurf.reconstruction_pipeline(
         np.ascontiguousarray(points - low, np.float32), particle_radius=radius, rest_density=1000.0,
         smoothing_length=SMOOTHING, cube_size=CUBE, iso_surface_threshold=THRESHOLD, mesh_smoothing_weights=True,
-        mesh_smoothing_iters=EVENING, mesh_cleanup=True, decimate_barnacles=True, multi_threading=True)
+        mesh_smoothing_iters=evening, mesh_cleanup=True, decimate_barnacles=True, multi_threading=True)
     vertices, faces = np.asarray(mesh.mesh.vertices), np.asarray(mesh.mesh.triangles, np.int32)
     nearest = source[cKDTree(points - low).query(vertices)[1]] if len(vertices) else np.zeros(0, int)
     return (vertices + low).astype(np.float32), faces, {name: values[nearest] for name, values in fields.items()}

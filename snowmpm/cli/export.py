@@ -11,7 +11,6 @@ from snowmpm import overwriting
 from snowmpm.cli.options import Quiet, RunPath
 from snowmpm.cli.render import Camera, CameraFile, Size, pixels
 
-
 BLENDER = 24.0
 """Pictures a second of a new file of Blender, which does not read the rate of a USD file."""
 

@@ -100,6 +100,10 @@ def render(
         str, typer.Option(metavar="WHEN", help='The whole in a corner, "on", "off" or "auto": a map of the terrain'
                           " where the camera shows less than a quarter of it; in 2-D, where the view is close.")
     ] = "auto",
+    look: Annotated[
+        str, typer.Option(metavar="NAME", help='"diagram", or "cinematic": snow in the sun, haze, motion blur, no'
+                          " words; of runs in 3-D; needs OpenGL.")
+    ] = "diagram",
     layer: Annotated[
         str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
                           ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
@@ -133,7 +137,7 @@ def render(
                   "--camera-path": camera_path, "--pass": layer if layer != "picture" else None,
                   "--ground": ground if ground != "auto" else None,
                   "--quality": quality if quality != "full" else None, "--stills": stills,
-                  "--inset": inset if inset != "auto" else None}
+                  "--inset": inset if inset != "auto" else None, "--look": look if look != "diagram" else None}
         _draw_page(opened, output, color, camera, quiet, others)
         return
     if stills is not None:
@@ -141,7 +145,8 @@ def render(
                   "--every": every if every != 1 else None, "--pass": layer if layer != "picture" else None}
         _refuse(others, "a sheet of stills")
         draw(opened, output or opened.path.with_name("stills.jpg"), quiet, count=stills, size=shape, begin=begin,
-             end=end, color=color, camera=camera, cutaway=cutaway, ground=ground, quality=quality, inset=inset)
+             end=end, color=color, camera=camera, cutaway=cutaway, ground=ground, quality=quality, inset=inset,
+             look=look)
         return
     if beside:
         second = Run(beside)
@@ -153,9 +158,10 @@ def render(
                "plain": plain}
     alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None,
              "ground": ground if ground != "auto" else None, "quality": quality if quality != "full" else None,
-             "inset": inset if inset != "auto" else None}
+             "inset": inset if inset != "auto" else None, "look": look if look != "diagram" else None}
     if second and any(alone.values()):
-        raise InputError("--camera-path, --ground, --inset, --pass and --quality: not with two runs side by side")
+        raise InputError("--camera-path, --ground, --inset, --look, --pass and --quality: not with two runs side by"
+                         " side")
     choices |= {name: value for name, value in alone.items() if value is not None}
     draw(opened, target, quiet, second, **choices)
 

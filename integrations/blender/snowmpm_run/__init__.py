@@ -19,7 +19,7 @@ class ImportRun(bpy.types.Operator, ImportHelper):
 
     bl_idname = "import_scene.snowmpm"
     bl_label = "snowmpm run"
-    bl_options = {"UNDO"}
+    bl_options = {"UNDO"}  # noqa: RUF012, of Blender
 
     filename_ext = ".vtkhdf"
     filter_glob: StringProperty(default="*.vtkhdf", options={"HIDDEN"})

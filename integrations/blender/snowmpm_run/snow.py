@@ -40,7 +40,8 @@ def open_run(folder, *, draw=(nodes.SURFACE, nodes.CLODS), speed=1.0, fps=24.0, 
     mesh = bpy.data.meshes.new(f"{run.name} particles")
     mesh[FOLDER], mesh[SPEED] = folder, float(speed)
     look = nodes.snow_material(run.spacing)
-    groups = {nodes.SURFACE: nodes.surface_group(run.spacing, look), nodes.POINTS: nodes.points_group(run.spacing, look),
+    groups = {nodes.SURFACE: nodes.surface_group(run.spacing, look),
+              nodes.POINTS: nodes.points_group(run.spacing, look),
               nodes.CLODS: nodes.clods_group(run.spacing, look),
               nodes.POWDER: nodes.powder_group(run.spacing, nodes.powder_material(0.15 / run.spacing))}
     for name, group in groups.items():

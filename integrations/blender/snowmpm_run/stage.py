@@ -15,7 +15,7 @@ FIELD_OF_VIEW = 0.5
 
 def mesh_object(name, vertices, facets, material, collection, smooth):
     mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata([tuple(v) for v in np.asarray(vertices, float)], [], [tuple(f) for f in np.asarray(facets).tolist()])
+    mesh.from_pydata(np.asarray(vertices, float).tolist(), [], np.asarray(facets).tolist())
     if smooth:
         mesh.shade_smooth()
     mesh.materials.append(material)

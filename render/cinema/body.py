@@ -1,0 +1,135 @@
+"""The snow of a frame as a closed surface with a fine relief, and its loose particles as clods."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from snowmpm.render.crumble import crumbled
+from snowmpm.render.export.snow_surface import snow_surface
+from snowmpm.render.export.usd_parts import vertex_normals
+from snowmpm.render.snow import BALL
+
+RELIEF = ((1.6, 0.30), (0.7, 0.18), (0.35, 0.09))
+"""Sizes of the relief and its heights, in spacings of the particles: what the grid of the run does not resolve."""
+
+SHAPES = 6
+"""Different clods."""
+
+EVENING = 4
+"""Passes in which the surface is smoothed: enough against the lattice of the particles, not so many that it melts."""
+
+LUMPY = 0.45
+"""Of the radius of a clod: how far its surface goes in and out."""
+
+ROUND = 0.6
+"""Share of a clod's own normals in those by which it is lit."""
+
+FULL, PLAIN = 80, 20
+"""Faces of a clod near by, and far away."""
+
+LIFT = 0.4
+"""Of a spacing: lift of the surface (`Body`)."""
+
+FACES = 1_200_000
+"""Of all clods together at most; beyond, all are plain ones, and then only so many are drawn."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """vertices, normals (n, 3), faces (m, 3), velocity (n, 3) [m/s]; lift (n,) [m]: how far towards the light a vertex
+    lies below the balls around the particles, by which they throw their shadow."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    normals: np.ndarray
+    velocity: np.ndarray
+    lift: np.ndarray
+
+    @classmethod
+    def of(cls, bodies):
+        """One of several; without any, one of nothing."""
+        count, faces = 0, [np.zeros((0, 3), np.int32)]
+        for body in bodies:
+            faces.append(body.faces + count)
+            count += len(body.vertices)
+        nothing = np.zeros((0, 3))
+        vertices, normals, velocity = (
+            np.concatenate([nothing, *(getattr(body, name) for body in bodies)]).astype(np.float32)
+            for name in ("vertices", "normals", "velocity"))
+        lift = np.concatenate([nothing[:, 0], *(body.lift for body in bodies)]).astype(np.float32)
+        return cls(vertices, np.concatenate(faces).astype(np.int32), normals, velocity, lift)
+
+
+def snow_body(points, velocity, spacing, reference=None, loose=None):
+    """The `Body` of the surface around particles, `spacing` [m] apart.
+
+    points, velocity (k, 3); reference (k, 3): where they were at first, to which the relief of the surface sticks, or
+    None; loose (k,): those that are no part of it
+    """
+    kept = np.ones(len(points), bool) if loose is None else ~loose
+    if not kept.any():
+        return Body.of([])
+    vertices, faces, _ = snow_surface(np.ascontiguousarray(points[kept], np.float32), spacing, {}, evening=EVENING)
+    nearest = np.flatnonzero(kept)[cKDTree(points[kept]).query(vertices)[1]]
+    normals = vertex_normals(vertices, faces)
+    if reference is not None:
+        place = reference[nearest] + (vertices - points[nearest])
+        height = sum(weight * spacing * noise(place / (size * spacing)) for size, weight in RELIEF)
+        vertices = (vertices + height[:, None] * normals).astype(np.float32)
+        normals = vertex_normals(vertices, faces)
+    return Body(vertices, faces, normals, velocity[nearest], np.full(len(vertices), LIFT * spacing))
+
+
+def noise(places):
+    """Smooth noise in [-1, 1] (n,) over places (n, 3), of size 1."""
+    table = np.random.default_rng(17).uniform(-1.0, 1.0, (48, 48, 48)).astype(np.float32)
+    return ndimage.map_coordinates(table, np.asarray(places, np.float64).T % 48.0, order=1, mode="grid-wrap")
+
+
+def clods(points, velocity, spacing, identity, size_px):
+    """The `Body` of clods in place of loose particles (k, 3), the same in every frame.
+
+    identity (k,): whole numbers that stay with their particles, or None; size_px: pixels of a spacing
+    """
+    pieces, sizes, *rest = crumbled(points, spacing, np.ones(len(points), bool), identity, velocity)
+    fine = size_px > 6.0 and len(pieces) * FULL <= FACES
+    most = FACES // (FULL if fine else PLAIN)
+    some = slice(None, None, max(1, -(-len(pieces) // most)))
+    pieces, sizes, speeds = pieces[some], 0.5 * sizes[some], rest[1][some]
+    shapes = [_lump(k, 1 if fine else 0) for k in range(SHAPES)]
+    kind, turn = np.arange(len(pieces)) % SHAPES, _turns(len(pieces))
+    found = []
+    for k, (corners, faces, normals) in enumerate(shapes):
+        own = np.flatnonzero(kind == k)
+        if not len(own):
+            continue
+        placed = np.einsum("pij,vj->pvi", turn[own], corners) * sizes[own, None, None] + pieces[own, None]
+        # Light goes through small lumps: they are brighter all round than their sides face
+        facing = ROUND * np.einsum("pij,vj->pvi", turn[own], normals) + [0.0, 0.0, 1.0 - ROUND]
+        facing /= np.maximum(np.linalg.norm(facing, axis=-1, keepdims=True), 1e-9)
+        numbers = faces[None] + (len(corners) * np.arange(len(own)))[:, None, None]
+        found.append(Body(placed.reshape(-1, 3), numbers.reshape(-1, 3), facing.reshape(-1, 3),
+                          np.repeat(speeds[own], len(corners), axis=0),
+                          np.full(corners.shape[0] * len(own), 2.0 * BALL * spacing)))
+    return Body.of(found)
+
+
+def _lump(k, fineness):
+    """Corners (n, 3), faces and normals of an uneven ball of radius 1."""
+    ball = trimesh.creation.icosphere(subdivisions=fineness)
+    corners = np.asarray(ball.vertices)
+    corners = corners * (1.0 + LUMPY * noise(1.3 * corners + 7.0 * k))[:, None]
+    return corners, np.asarray(ball.faces, np.int64), vertex_normals(corners, np.asarray(ball.faces))
+
+
+def _turns(n):
+    """Rotations (n, 3, 3), the same for the same n: from unit quaternions."""
+    q = np.random.default_rng(23).normal(size=(n, 4))
+    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
+    return np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                     2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                     2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1).reshape(-1, 3, 3)
+

@@ -1,0 +1,134 @@
+"""Light at the vertices of snow, ground and obstacles: sun, sky, what stands around, and what goes through snow."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage, sparse
+
+from snowmpm.render import light
+from snowmpm.render.cinema.landscape import HAZE
+
+SNOW_SOFT = 0.30
+"""How far round the edge of its shade the sun lights snow (`light.illuminate`)."""
+
+SPREAD = np.array([0.22, 0.33, 0.45], np.float32)
+"""Share of the light of red, green and blue that goes from a place in snow to those around it, in each of PASSES: blue
+goes farthest, since ice takes it up least."""
+
+PASSES = 2
+BOUNCE = np.array([0.10, 0.115, 0.13], np.float32)
+"""Light that snow sends back to snow in its shade."""
+
+SUN, SKY = 1.25 * light.SUN, 0.62 * light.SKY
+"""Harder light than on diagrams: a low sun in clear air."""
+
+EXPOSURE = 0.80
+HOLLOWS = ((1.5, 0.35), (4.0, 0.30), (12.0, 0.20))
+"""Widths in cells of the raster of what is seen from above, and how much of the sky a hollow of that width loses."""
+
+SHADE = 0.75
+"""Of the light that a hollow in snow loses: the rest comes through the snow."""
+
+CLEAR, HAZY = 1.2, 9.0
+"""Distance, in that of the action, from which there is haze, and over which it takes two thirds of the light."""
+
+
+@dataclass(frozen=True)
+class Air:
+    """Haze between a `Camera` and what it shows; distance [m] to the action."""
+
+    camera: object
+    distance: float
+
+    def before(self, seen, places, more=0.0):
+        """Light (n, 3) of places (n, 3) as it comes through the air; more (n,): haze that is there besides."""
+        apart = np.linalg.norm(places - self.camera.eye.astype(np.float32), axis=1)
+        path = np.maximum(apart / self.distance - CLEAR, 0.0) / HAZY
+        share = 1.0 - (1.0 - np.asarray(more, np.float32)) * np.exp(-path)
+        return (seen + share[:, None] * (HAZE - seen)).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class FromAbove:
+    """Heights (rows, columns) [m] of all that is seen from above, on the raster of a relief."""
+
+    relief: object
+    heights: np.ndarray
+
+    @classmethod
+    def of(cls, relief, points, radius):
+        """Of the ground and balls of `radius` [m] at points (n, 3)."""
+        ground = np.where(np.isfinite(relief.heights), relief.heights, np.nanmin(relief.heights))
+        heights = ground.copy()
+        row = np.round((points[:, 1] - relief.y0) / relief.cell).astype(int)
+        column = np.round((points[:, 0] - relief.x0) / relief.cell).astype(int)
+        inside = (row >= 0) & (row < heights.shape[0]) & (column >= 0) & (column < heights.shape[1])
+        np.maximum.at(heights, (row[inside], column[inside]), points[inside, 2] + radius)
+        reach = int(np.ceil(radius / relief.cell))
+        if reach:
+            snow = np.where(heights > ground, heights, -np.inf)
+            heights = np.maximum(heights, ndimage.maximum_filter(snow, 2 * reach + 1))
+        return cls(relief, heights)
+
+    def openness(self, places):
+        """Share [0.25, 1] of the sky that places (n, 3) see."""
+        total = np.ones(len(places), np.float32)
+        for width, most in HOLLOWS:
+            around = self.relief.sample(ndimage.gaussian_filter(self.heights, width), places[:, 0], places[:, 1],
+                                        np.nan)
+            below = np.nan_to_num(around - places[:, 2], nan=0.0)
+            total -= most * np.clip(below / (1.2 * width * self.relief.cell), 0.0, 1.0)
+        return np.maximum(total, 0.25).astype(np.float32)
+
+
+def snow_light(body, albedo, sun, shadow, above):
+    """Light (n, 3) that a body of snow (vertices, faces, normals, ...) sends out, lit through itself in part."""
+    if not len(body.vertices):
+        return np.zeros((0, 3), np.float32)
+    raised = body.vertices + body.lift[:, None] * sun.astype(np.float32)
+    openness = above.openness(body.vertices + body.lift[:, None] * np.array([0.0, 0.0, 1.0], np.float32))
+    lit = illuminate(body.normals, sun, SNOW_SOFT, 1.0 if shadow is None else shadow.lit(raised), openness)
+    lit *= (1.0 - SHADE * (1.0 - openness))[:, None]
+    lit = through(lit, body.faces)
+    lit += BOUNCE * (1.0 - np.minimum(lit, 1.0))
+    return EXPOSURE * albedo * lit
+
+
+def illuminate(normals, sun, softness, sunlight, openness):
+    """Light (n, 3) on surfaces with unit `normals` (n, 3), as of `light.illuminate`."""
+    towards = np.einsum("ni,i->n", normals, sun.astype(np.float32))
+    facing = np.clip((towards + softness) / (1.0 + softness), 0.0, None) * sunlight
+    up = 0.5 + 0.5 * normals[:, 2]
+    return facing[:, None] * SUN + (up * openness)[:, None] * SKY + (1.0 - up)[:, None] * light.GROUND_BOUNCE
+
+
+def through(lit, faces):
+    """Light (n, 3) at vertices after it went on in the snow below, along the edges of faces (m, 3)."""
+    n = len(lit)
+    a = np.concatenate([faces[:, k] for k in (0, 1, 2, 1, 2, 0)])
+    b = np.concatenate([faces[:, k] for k in (1, 2, 0, 0, 1, 2)])
+    edges = sparse.csr_matrix((np.ones(len(a), np.float32), (a, b)), shape=(n, n))
+    mean = sparse.diags(1.0 / np.maximum(np.asarray(edges.sum(axis=1)).ravel(), 1.0)).astype(np.float32) @ edges
+    for _ in range(PASSES):
+        lit = lit + SPREAD * (mean @ lit - lit)
+    return lit.astype(np.float32)
+
+
+def ground_light(land, sun, shadow, above, bare):
+    """Light (n, 3) of a `Landscape` with the shadow of the snow on it; bare (n,): share of its snow that is gone."""
+    near = land.made_up <= 0.0
+    places = land.vertices[near]
+    sunlight, openness = land.sunlight.copy(), land.openness.copy()
+    if shadow is not None:
+        sunlight[near] *= shadow.lit(places)
+    openness[near] *= above.openness(places)
+    albedo = land.covered + bare[:, None] * (land.bare - land.covered)
+    lit = illuminate(land.normals, sun, 0.12, sunlight, openness)
+    lit += 0.6 * BOUNCE * (1.0 - bare)[:, None] * (1.0 - np.minimum(lit, 1.0))
+    return (EXPOSURE * albedo * lit).astype(np.float32)
+
+
+def solid_light(vertices, normals, albedo, sun, shadow, above):
+    """Light (n, 3) of obstacles."""
+    sunlight = 1.0 if shadow is None else shadow.lit(vertices)
+    return EXPOSURE * albedo * illuminate(normals, sun, 0.05, sunlight, above.openness(vertices))

@@ -1,0 +1,165 @@
+"""A scene of coloured triangles through a lens, by `pyvista.Plotter` off-screen, with motion blur and depth of field.
+
+Light is computed at vertices (`shade`), so VTK draws colours as they are. A picture is the mean of several shots, each
+at another moment within the time that the shutter is open, through another point of the lens and another part of each
+pixel (accumulation buffer: Haeberli and Akeley 1990, doi:10.1145/97880.97913).
+"""
+
+import os
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.render import light
+
+HELP = ("--look cinematic needs OpenGL without a display: apt-get install libegl1 libgl1-mesa-dri (Debian, Ubuntu), or"
+        " the like; --look diagram needs none")
+SKY_DEPTH = 0.999999
+"""Of VTK's depth buffer, from which a pixel shows none of the scene."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Triangles: vertices (n, 3) [m], faces (m, 3), light (n, 3), linear; velocity (n, 3) [m/s] or None at rest.
+
+    texture: (picture (rows, columns, 3) uint8, places on it (n, 2)) that multiplies the light, or None.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    light: np.ndarray
+    velocity: np.ndarray | None = None
+    texture: tuple[np.ndarray, np.ndarray] | None = None
+
+
+@dataclass(frozen=True)
+class Lens:
+    """shots of a picture; shutter [s]: open for so long; radius [m] of the lens; focus [m]: distance that is sharp."""
+
+    shots: int = 1
+    shutter: float = 0.0
+    radius: float = 0.0
+    focus: float = 1.0
+
+    def moments(self):
+        """(time [s], (x, y) on the lens [m], (x, y) within the pixel) of each shot."""
+        for k in range(self.shots):
+            share = (k + 0.5) / self.shots
+            angle, reach = 2.399963 * k, self.radius * np.sqrt(share)  # Vogel's spiral
+            yield ((share - 0.5) * self.shutter, np.array([np.cos(angle), np.sin(angle)]) * reach,
+                   _halton(k + 1) - 0.5 if self.shots > 1 else np.zeros(2))
+
+
+def _halton(k):
+    """Point k of Halton's sequence in the unit square, bases 2 and 3."""
+    found = []
+    for base in (2, 3):
+        share, number, rest = 1.0, 0.0, k
+        while rest:
+            share /= base
+            number += share * (rest % base)
+            rest //= base
+        found.append(number)
+    return np.array(found)
+
+
+class Studio:
+    """One plotter in a thread of its own, since a context of OpenGL belongs to the thread that made it."""
+
+    def __init__(self):
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="studio")
+        self._plotter, self._lasting = None, {}
+        self._guard = threading.Lock()
+
+    def shoot(self, lasting, passing, camera, lens, behind):
+        """(height, width, 3) in linear light of the parts as a `Camera` sees them through a `Lens`.
+
+        lasting {name: Part}: the same objects stay in the scene from picture to picture; passing [Part]: of this
+        picture alone; behind (height, width, 3): the sky. Raises InputError where there is no OpenGL.
+        """
+        return self._thread.submit(self._shoot, lasting, passing, camera, lens, behind).result()
+
+    def _shoot(self, lasting, passing, camera, lens, behind):
+        plotter = self._ready(camera.size)
+        actors = []
+        for name, part in lasting.items():
+            known = self._lasting.get(name)
+            if known is None:
+                self._lasting[name] = known = self._add(plotter, part)
+            _paint(known[0], part)
+        for part in passing:
+            if len(part.faces):
+                actors.append((*self._add(plotter, part), part))
+        total = np.zeros((camera.size[1], camera.size[0], 3), np.float32)
+        for time, on_lens, in_pixel in lens.moments():
+            for mesh, _, part in actors:
+                if part.velocity is not None and lens.shutter:
+                    mesh.points = (part.vertices + np.float32(time) * part.velocity).astype(np.float32)
+            _aim(plotter, camera, lens, on_lens, in_pixel)
+            plotter.render()
+            picture = plotter.screenshot(None, return_img=True, transparent_background=True)
+            cover = picture[..., 3:].astype(np.float32) / 255.0
+            total += light.decode(picture[..., :3] / np.float32(255.0)) * cover + behind * (1.0 - cover)
+        for _, actor, _ in actors:
+            plotter.remove_actor(actor, render=False)
+        return total / lens.shots
+
+    def _ready(self, size):
+        """The plotter at a size [px]."""
+        if self._plotter is None:
+            # VTK looks for an X server first, and says so at length where there is none
+            if not os.environ.get("DISPLAY"):
+                os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+            import pyvista as pv
+
+            try:
+                self._plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
+                self._plotter.render_window.SetMultiSamples(0)
+                self._plotter.show(auto_close=False)
+            except Exception as error:
+                raise InputError(f"{HELP} ({error})") from None
+        if tuple(self._plotter.window_size) != tuple(size):
+            self._plotter.window_size = list(size)
+        return self._plotter
+
+    def _add(self, plotter, part):
+        import pyvista as pv
+
+        mesh = pv.PolyData.from_regular_faces(np.ascontiguousarray(part.vertices, np.float32),
+                                              np.ascontiguousarray(part.faces))
+        _paint(mesh, part)
+        texture = None
+        if part.texture is not None:
+            picture, places = part.texture
+            mesh.active_texture_coordinates = places
+            texture = pv.Texture(picture)
+        actor = plotter.add_mesh(mesh, scalars="light", rgb=True, lighting=False, texture=texture, render=False,
+                                 show_scalar_bar=False, copy_mesh=False, reset_camera=False)
+        return mesh, actor
+
+
+def _paint(mesh, part):
+    mesh.point_data["light"] = light.encode(part.light)
+
+
+def _aim(plotter, camera, lens, on_lens, in_pixel):
+    """Put the plotter's camera where a `Camera` is, moved on the lens [m] and within the pixel."""
+    right, up, forward = camera.axes
+    seen, (width, height) = plotter.camera, camera.size
+    eye = camera.eye + on_lens[0] * right + on_lens[1] * up
+    seen.position = eye
+    # What lies at the focus stays where it is on the picture, whichever part of the lens is looked through
+    seen.focal_point = camera.eye + lens.focus * forward
+    seen.up = up
+    if camera.perspective:
+        seen.parallel_projection = False
+        seen.view_angle = float(np.degrees(2.0 * np.arctan(0.5 * height / camera.scale)))
+        seen.clipping_range = (0.02 * lens.focus, 300.0 * lens.focus)
+    else:
+        seen.parallel_projection = True
+        seen.parallel_scale = 0.5 * height / camera.scale
+        seen.clipping_range = (1e-3 * lens.focus, 30.0 * lens.focus)
+    seen.SetWindowCenter(2.0 * in_pixel[0] / width, 2.0 * in_pixel[1] / height)

@@ -1,0 +1,191 @@
+"""The view of a film camera on a run in three dimensions: `CinemaView`."""
+
+from functools import cached_property
+
+import numpy as np
+import trimesh
+from scipy.spatial import cKDTree
+
+from snowmpm.errors import InputError
+from snowmpm.render import light
+from snowmpm.render.cinema.body import Body, clods, snow_body
+from snowmpm.render.cinema.landscape import build_landscape, sky_of
+from snowmpm.render.cinema.shade import Air, FromAbove, ground_light, snow_light, solid_light
+from snowmpm.render.cinema.studio import Lens, Part, Studio
+from snowmpm.render.crumble import few_around
+from snowmpm.render.overlay import Overlay
+from snowmpm.render.shadow import Shadow
+from snowmpm.render.sheet import sheet_of
+from snowmpm.render.snow import BALL, SNOW
+from snowmpm.render.solid import SOLID
+from snowmpm.render.space_view import SpaceView
+from snowmpm.render.view import particle_spacing, piled
+
+SHOTS = 8
+"""Of a picture."""
+
+OPEN = 0.5
+"""Share of the time between two pictures in which the shutter is open, as of film cameras."""
+
+SLOWEST = 1.0 / 24.0
+"""Time [s] between two pictures at most, for the shutter: frames that are farther apart do not blur more."""
+
+SUN_HEIGHT = np.radians(27.0)
+"""Above the horizon."""
+
+MADE_UP = 0.3
+"""Haze over ground that is made up, besides that of its distance."""
+
+APERTURE = 0.0004
+"""Radius of the lens, of the distance to the action: soft before and behind it, but only in close views."""
+
+CREASE = np.radians(30.0)
+FINEST = 3.0
+"""Longest edge of an obstacle's triangles, in cells of the relief, for the edges of shadows on it."""
+
+MOST_FACES = 200_000
+
+
+class CinemaView(SpaceView):
+    """As `SpaceView`, lit like a photograph: haze, sky, depth of field, motion blur, light within the snow."""
+
+    def __init__(self, run, size, color=None, camera="auto", path=None, ground="auto", quality=None):
+        super().__init__(run, size, color or "snow", camera, path=path, ground=ground, drawn=False, quality=quality)
+        if self.relief is None:
+            raise InputError.at("look", "cinematic", f"is of runs with ground; {run.path} has none")
+        # A low sun: its shadows show the relief
+        plan = self.sun[:2] / np.linalg.norm(self.sun[:2])
+        self.sun = np.array([*(np.cos(SUN_HEIGHT) * plan), np.sin(SUN_HEIGHT)])
+        self.studio = Studio()
+        self.lens_shots = 1 if self.quality.coarse > 1 else SHOTS
+
+    @cached_property
+    def landscape(self):
+        return build_landscape(self.relief, self.terrain, self.sun, self.cover, self.quality.coarse)
+
+    @cached_property
+    def _reference(self):
+        """Where particles were at first (n, 3), by number; None where they have none."""
+        if "id" not in self.run.field_names:
+            return None
+        first = next(i for i in range(len(self.run)) if self.run.n_points(i))
+        frame = self.run.frame(first, ["id"])
+        places = np.zeros((int(frame.fields["id"].max()) + 1, 3), np.float32)
+        places[frame.fields["id"]] = frame.points
+        return places
+
+    def picture(self, i):
+        """(height, width, 3) uint8 of frame `i`."""
+        time = float(self.run.times[i])
+        camera = self.camera if self.path is None else self.path.camera(time, self.size)
+        seen = self.quality.camera(camera)
+        middle = 0.5 * (self.action.points.min(axis=0) + self.action.points.max(axis=0))
+        distance = float(abs((middle - camera.eye) @ camera.axes[2]))
+        air = Air(seen, distance)
+        body, albedo, points, radius = self._snow(i, seen)
+        shadow, above = Shadow.of(points, radius, self.sun), FromAbove.of(self.relief, points, radius)
+        land = self.landscape
+        bare = self._swept(time, points, radius)
+        parts = {"ground": Part(land.vertices, land.faces,
+                                air.before(ground_light(land, self.sun, shadow, above, bare), land.vertices,
+                                           MADE_UP * land.made_up))}
+        passing = [Part(body.vertices, body.faces, air.before(snow_light(body, albedo, self.sun, shadow, above),
+                                                              body.vertices), body.velocity)]
+        solids = self._solids(i)
+        if solids is not None:
+            lit = solid_light(*solids[::2], SOLID, self.sun, shadow, above)
+            passing.append(Part(*solids[:2], air.before(lit.astype(np.float32), solids[0])))
+        lens = Lens(self.lens_shots, self._shutter(i), APERTURE * distance, self._focus(camera, points, distance))
+        picture = light.encode(self.studio.shoot(parts, passing, seen, lens, sky_of(seen, self.sun)))
+        overlay = Overlay(self.quality.enlarged(picture, camera.size))
+        if not self.plain:
+            self._legend(overlay, time, self.side)
+        return overlay.picture()
+
+    def _snow(self, i, camera):
+        """(body, albedo (n, 3), points (k, 3), radius [m]) of frame `i`; a body as of `body.snow_body`."""
+        extra = [name for name in ("velocity", "id", "depth") if name in self.run.field_names]
+        names = dict.fromkeys([*([] if self.scale is None else [self.scale.field]), *extra])
+        frame = self.run.frame(i, names)
+        good = np.isfinite(frame.points).all(axis=1)
+        thin = self.quality.share(self.most_points) if "depth" not in frame.fields else 1
+        if thin > 1:
+            good &= frame.fields.get("id", np.arange(len(good))) % thin == 0
+        points, spacing = frame.points[good], particle_spacing(self.run, frame.time) * thin ** (1.0 / 3.0)
+        velocity = frame.fields["velocity"][good] if "velocity" in frame.fields else np.zeros_like(points)
+        identity = frame.fields["id"][good] if "id" in frame.fields else None
+        colours = np.tile(SNOW, (len(points), 1))
+        if self.scale is not None:
+            share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
+            colours = self.table[np.round(255 * share).astype(int)]
+        if not len(points):
+            return Body.of([]), colours, points, BALL * spacing
+        if "depth" in frame.fields:
+            return self._flow(frame.fields["depth"][good].ravel(), points, velocity, spacing, colours)
+        pixels = spacing * float(np.median(camera.pixels_per_metre(camera.project(points)[2])))
+        loose = few_around(points, spacing)
+        known = identity is not None and self._reference is not None
+        reference = self._reference[identity] if known else points
+        if known:  # The edges of a block that has not moved are no rubble
+            loose &= np.linalg.norm(points - reference, axis=1) > spacing
+        bodies = [snow_body(points, velocity, spacing, reference, loose)]
+        if loose.any():
+            bodies.append(clods(points[loose], velocity[loose], spacing, identity[loose] if known else None, pixels))
+        body = Body.of(bodies)
+        return body, self._albedo(body, points, colours), points, BALL * spacing
+
+    def _flow(self, depth, points, velocity, spacing, colours):
+        """The same of columns of a depth-averaged flow, as one sheet."""
+        depth = np.nan_to_num(depth)
+        sheet = sheet_of(points, depth, spacing, colours, self.relief.height)
+        if sheet is None:
+            places, cell = piled(points, depth, spacing)[0], spacing
+        else:
+            places, cell, shade = sheet
+            places = places[shade[:, 3] > 0.3]
+        body = snow_body(places, np.zeros_like(places), cell, places)
+        return body, self._albedo(body, points, colours), places, BALL * cell
+
+    def _albedo(self, body, points, colours):
+        if self.scale is None or not len(body.vertices):
+            return SNOW
+        return colours[cKDTree(points).query(body.vertices)[1]]
+
+    def _swept(self, time, points, radius):
+        """Share (n,) of the snow on the ground that is gone, at the vertices of the landscape."""
+        if self.cover is None:
+            return np.zeros(len(self.landscape.vertices), np.float32)
+        bare = (self.landscape.when <= time).astype(np.float32)
+        if len(points) and bare.any():
+            row, column = self.cover.cells(self.landscape.vertices)
+            bare *= 1.0 - self.cover.left(points, radius / BALL)[row, column]
+        return bare
+
+    def _solids(self, i):
+        """(vertices, faces, normals) of obstacles and saw in frame `i`, finely divided; None without."""
+        vertices, faces = self.solids(i)
+        if not len(faces):
+            return None
+        mesh = trimesh.Trimesh(vertices, faces, process=False)
+        longest = FINEST * self.relief.cell
+        while len(mesh.faces) * 4 <= MOST_FACES and mesh.edges_unique_length.max() > longest:
+            mesh = mesh.subdivide(np.flatnonzero(mesh.edges_unique_length[mesh.faces_unique_edges].max(axis=1)
+                                                 > longest))
+        mesh = trimesh.graph.smooth_shade(mesh, angle=CREASE)
+        return (np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.int32),
+                np.asarray(mesh.vertex_normals, np.float32))
+
+    def _shutter(self, i):
+        """Time [s] of the run for which the shutter is open in frame `i`."""
+        if self.lens_shots == 1 or len(self.run) < 2:
+            return 0.0
+        apart = np.diff(self.run.times)[min(i, len(self.run) - 2)]
+        return OPEN * min(float(apart), SLOWEST)
+
+    def _focus(self, camera, points, distance):
+        """Distance [m] along the view that is sharp: that of the snow in sight."""
+        if not len(points):
+            return distance
+        x, y, depth = camera.project(points)
+        there = (x > 0) & (x < camera.size[0]) & (y > 0) & (y < camera.size[1]) & (depth > 0)
+        return float(np.median(depth[there])) if there.any() else distance
