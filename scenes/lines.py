@@ -1,7 +1,7 @@
-"""Lines of files in place of those of a scene: crests of dams, the profile of a slope.
+"""Lines and areas of files in place of those of a scene: crests of dams, the profile of a slope, buildings.
 
-They are read when the scene is, and written out in its resolved form with the name of their file. Results of a run then
-need no other file.
+Lines are read when the scene is, and written out in its resolved form with the name of their file. Results of a run
+then need no other file.
 """
 
 from typing import Any
@@ -12,6 +12,9 @@ from snowmpm.registry import resolved
 from snowmpm.scenes.space import base_dir
 from snowmpm.scenes.spec import refuse
 
+COUNTER = "snowmpm.seeding.region_files:count_of_areas"
+"""(file, its key) -> how many areas it holds."""
+
 READER = "snowmpm.seeding.region_files:lines_on_raster"
 """(file, its key, the terrain's raster or None) -> lines (n, 2) in the coordinates of the raster [m]."""
 
@@ -19,6 +22,9 @@ READER = "snowmpm.seeding.region_files:lines_on_raster"
 def with_lines_of_files(data: Any) -> Any:
     """Tables of a scene with the lines of the files that it names; the data given stays as it is. Raises
     PydanticCustomError for a file that holds none."""
+    if isinstance(data, dict) and base_dir() is not None and isinstance(data.get("obstacles"), list | tuple):
+        data = {**data, "obstacles": [one for i, obstacle in enumerate(data["obstacles"])
+                                      for one in _of_each_area(obstacle, f"obstacles.{i}.shape.file")]}
     terrain = data.get("terrain") if isinstance(data, dict) else None
     if not isinstance(terrain, dict) or base_dir() is None:
         return data
@@ -29,6 +35,21 @@ def with_lines_of_files(data: Any) -> Any:
         found = [one for i, dam in enumerate(dams) for one in _with_line(terrain, dam, f"terrain.dams.{i}")]
         return {**data, "terrain": {**terrain, "dams": found}}
     return data
+
+
+def _of_each_area(obstacle, key):
+    """An obstacle for each area of the file of a footprint."""
+    shape = obstacle.get("shape") if isinstance(obstacle, dict) else None
+    if not _names_file(shape) or shape.get("kind") != "footprint" or "part" in shape:
+        return [obstacle]
+    try:
+        count = resolved(COUNTER)(existing(shape["file"], base_dir(), key), key)
+    except InputError as error:
+        raise refuse(str(error), key, shape["file"]) from None
+    if count < 2:
+        return [obstacle]
+    return [{**obstacle, "name": f"{obstacle.get('name')}_{n}", "shape": {**shape, "part": n}}
+            for n in range(1, count + 1)]
 
 
 def _names_file(table):

@@ -203,6 +203,9 @@ class Footprint(Shape):
     kind: Literal["footprint"]
     file: FileName | None = None
     """polygons of a .shp, .geojson or .gpkg file, relative to the scene file"""
+    part: Annotated[int, Field(strict=True, ge=1)] | None = None
+    """number of the area in the file, from 1; when missing, each area of the file becomes an obstacle of its own, with
+    this number behind its name"""
     polygon: Annotated[tuple[Pair, ...], Field(min_length=3)] | None = None
     """corners [x, y] [m], in place of file"""
     height: Positive
@@ -212,6 +215,8 @@ class Footprint(Shape):
     def _is_one_area(self):
         if (self.file is None) == (self.polygon is None):
             raise refuse("needs one of file and polygon")
+        if self.part is not None and self.file is None:
+            raise refuse("goes with file only", "part", self.part)
         return self
 
 

@@ -3,6 +3,7 @@
 import sys
 import textwrap
 
+from snowmpm.cli import errors
 from snowmpm.cli.options import Accurate, Fast, Json, PrecisionOption, SceneName, Settings, scene_overrides
 from snowmpm.cli.table import line_length, print_facts, print_json
 from snowmpm.cli.wording import duration
@@ -72,7 +73,7 @@ def _print_payments(advice):
 def _print_cautions(cautions):
     console = _console()
     if not cautions:
-        console.print("\n[bold]warnings[/]: none")
+        console.print(f"\n[bold]warnings[/]: none{' besides those above' if errors.told else ''}")
         return
     console.print(f"\n[bold yellow]warnings[/]: {len(cautions)}")
     for caution in cautions:

@@ -53,9 +53,16 @@ def explained(error):
     return FAILED, f"error: unexpected {type(error).__name__}: {text}\na fault of the program; --debug shows where"
 
 
+told: set[str] = set()
+"""Warnings that the command has shown."""
+
+
 def warn(message, *_, **__):
-    """Replaces `warnings.showwarning` while a command runs: one or two lines on stderr."""
-    print(f"warning: {shown_lines(str(message))}", file=sys.stderr)
+    """Replaces `warnings.showwarning` while a command runs: one or two lines on stderr, each once."""
+    line = f"warning: {shown_lines(str(message))}"
+    if line not in told:
+        print(line, file=sys.stderr)
+    told.add(line)
 
 
 def load_plugins(sources, installed=True):
@@ -82,6 +89,7 @@ def guarded(command, writes=True, computes=False):
     def call(*args, debug, overwrite=False, plugin=None, no_plugins=False, **options):
         options |= {"overwrite": overwrite} if own else {}
         overwriting.forget_inputs()
+        told.clear()
         try:
             with warnings.catch_warnings():
                 warnings.showwarning = warn

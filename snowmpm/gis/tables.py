@@ -3,6 +3,7 @@
 import json
 
 from snowmpm.draft import write_table, write_text
+from snowmpm.io.impact import impacts
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import projection_name
 from snowmpm.io.published import resolution_of, statement
@@ -29,6 +30,8 @@ def write_numbers(path, run, scores=None):
         outline = score["outline"].replace(" ", "_")
         rows += [[f"observed.{outline}.{name}", f"{name.replace('_', ' ')}, {score['outline']}", rounded(value), "",
                   SCORES[name.rpartition("_")[2]], ""] for name, value in score.items() if name != "outline"]
+    rows += [[f"impact.{obstacle}.{name}", f"{quantity(name).label}, on {obstacle}", one["value"], "", one["unit"],
+              one["definition"]] for obstacle, load in _impacts(run).items() for name, one in load.items()]
     return write_table(path, ["name", "label", "value", "resolution", "unit", "definition"], rows)
 
 
@@ -40,6 +43,13 @@ def write_areas(path, run):
     return write_table(path, ["map", "class", "from", "to", "unit", "area_m2", "final"], rows)
 
 
+def _impacts(run):
+    """Loads on the obstacles of a `Run`: {obstacle: {name: {value, unit, definition}}}."""
+    return {obstacle: {name: {"value": float(value), "unit": one.units().get(name, quantity(name).unit),
+                              "definition": quantity(name).definition} for name, value in one.numbers.items()}
+            for obstacle, one in impacts(run).items()}
+
+
 def write_record(path, run, scores=None):
     """Write everything as JSON: status, numbers with units, areas by class, parameters, scores; -> its path."""
     known = resolution_of(run)
@@ -48,6 +58,7 @@ def write_record(path, run, scores=None):
                for name, value in run.hazard.get("numbers", {}).items()}
     record = {**status_of(run).record(), "statement": statement(run), "run": run.name,
               "projection": projection_name(run.provenance.get("crs")),
-              "parameters": parameters(run), "numbers": numbers, "areas_by_class": run.hazard.get("classes", {}),
+              "parameters": parameters(run), "numbers": numbers, "impacts": _impacts(run),
+              "areas_by_class": run.hazard.get("classes", {}),
               **({"observed": scores} if scores is not None else {})}
     return write_text(path, json.dumps(record, indent=1) + "\n")

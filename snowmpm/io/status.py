@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snowmpm.io.saw_words import not_to_the_end
-from snowmpm.quantities.motion import at_rest
+from snowmpm.quantities.motion import REST_MOMENTUM, REST_SHARE, at_rest
 from snowmpm.quantities.quantity import written
 
 END = ("time", "moving_share", "momentum_share", "left_share")
@@ -53,9 +53,11 @@ class Status:
             end = f" of {self.end_time:g} s" if self.end_time else ""
             found.append(f"The run is not complete: it stands at {self.time:g} s{end}.")
         if self.at_rest is False:
-            parts = [f"{written(self.moving_share, 'share')} of the snow is faster than 1 m/s"]
+            parts = [f"{written(self.moving_share, 'share')} of the snow is faster than 1 m/s (at rest:"
+                     f" {written(REST_SHARE, 'share')})"]
             if self.momentum_share is not None:
-                parts.append(f"the momentum is {written(self.momentum_share, 'share')} of its peak")
+                parts.append(f"the momentum is {written(self.momentum_share, 'share')} of its peak (at rest:"
+                             f" {written(REST_MOMENTUM, 'share')})")
             found.append(f"Still moving at {self.time:g} s: {', '.join(parts)}.")
         if self.at_rest is None:
             found.append("Whether the snow is at rest is not known: an older version wrote the file.")

@@ -60,16 +60,16 @@ def _columns(path, n, line, known, where):
     except csv.Error as error:
         raise InputError(f"{path}: not a table of text ({error})") from None
     names, factors = [name.strip() for name, _, _ in cells], []
+    names = [name.lower() if name not in known and name.lower() in known else name for name in names]
     for name in names:
         if name not in known or names.count(name) > 1:
             why = "twice" if name in known else f"must be one of {', '.join(known)}{where}"
-            raise InputError(f"{path}: column {ascii(name[:60])[1:-1]}: {why}")
-    for name, bracket, rest in cells:
-        factor = _factor(rest.partition("]")[0], known[name.strip()]) if bracket else 1.0
+            raise InputError(f"{path}: column {ascii(name[:60])[1:-1]}: {why}{_semicolons(line)}")
+    for name, (_, bracket, rest) in zip(names, cells, strict=True):
+        factor = _factor(rest.partition("]")[0], known[name]) if bracket else 1.0
         if factor is None:
             written = ascii(rest.partition("]")[0][:40])
-            raise InputError(f"{path}: column {ascii(name.strip())[1:-1]}: unit {written}: must be"
-                             f" {' or '.join(_units(known[name.strip()]))}")
+            raise InputError(f"{path}: column {name}: unit {written}: must be {' or '.join(_units(known[name]))}")
         factors.append(factor)
     return names, np.array(factors)
 
@@ -91,5 +91,12 @@ def _numbers(path, n, line, names):
     except (ValueError, csv.Error):
         row = []
     if len(row) != len(names) or not np.isfinite(row).all():
-        raise InputError(f"{path}: line {n}: must be {len(names)} finite numbers, {', '.join(names)}")
+        found = ascii(line.strip()[:40])
+        raise InputError(f"{path}: line {n}: {found}: must be {len(names)} finite numbers, for {', '.join(names)}"
+                         f"{_semicolons(line)}")
     return row
+
+
+def _semicolons(line):
+    """Advice for tables as programs write them where the comma is the decimal mark."""
+    return "; save the table with commas between numbers, and with decimal points" if ";" in line else ""

@@ -6,6 +6,7 @@ from snowmpm import components, memory
 from snowmpm.io import layout
 from snowmpm.methods import METHODS
 from snowmpm.running.forecast import forecast
+from snowmpm.running.friction_class import class_chosen
 from snowmpm.scenes.switch import parts
 from snowmpm.stepping.abilities import expected_dt
 
@@ -75,6 +76,8 @@ def describe(model, solver):
     if coming.course:
         speed = f", at {coming.course.speed:.0f} m/s" if coming.course.speed >= SLOW else ""
         told["expected_end"] = f"at t = {coming.end:.3g} s, by blocks that slide without pressure{speed}"
+    if chosen := class_chosen(model):
+        told["friction"] = f"{chosen}, by the volume of the release, {model.release_volume:.4g} m3"
     particles, width = int(counts.sum()), sum(store.sizes.values())
     return {
         **told,

@@ -55,6 +55,11 @@ def read_lines(path, key, terrain=None):
     return [line for feature in read_features(path, key, terrain, kind=LINE) for line in feature.parts]
 
 
+def count_of_areas(path, key):
+    """How many areas a .shp, .geojson or .gpkg file holds."""
+    return len(_read(path, key)[0])
+
+
 def lines_on_raster(path, key, raster=None):
     """`read_lines` in the system of an elevation raster, a file."""
     return read_lines(path, key, raster and raster_system(raster))
@@ -75,7 +80,7 @@ def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
     """
     polygons, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute), kind)
     where = f"{key} = {str(path)!r}"
-    features = _with_thickness(polygons, names, attribute, told)
+    features = _with_thickness(polygons, names, attribute)
     if not features:
         raise InputError.at(key, str(path), f"holds no {kind.plural[:-1]}")
     corners = np.concatenate([np.empty((0, 2)), *(ring for f in features for ring in _rings(f.parts, kind))])
@@ -91,6 +96,7 @@ def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
                              " system to carry it into: save it in the terrain's own, in metres")
         told.append(f"is in {system.name}, and the terrain names no coordinate system: taken as the same")
     elif system is not None:
+        _refuse_latitude_first(corners, system, terrain, where)
         features = [replace(feature, parts=[
             _carried(part, system, terrain, where) if kind is LINE else [_carried(ring, system, terrain, where)
                                                                          for ring in part]
@@ -110,15 +116,13 @@ def system_of(path, key):
     return system_beside(path) if Path(path).suffix.lower() == ".shp" else _read(path, key)[2]
 
 
-def _with_thickness(polygons, names, attribute, told):
+def _with_thickness(polygons, names, attribute):
     """Features of polygons with a value each."""
     name = attributes.chosen(names, attribute)
     if name is None:
         has = f"its attributes are {', '.join(names[:8])}{' ...' if len(names) > 8 else ''}" if names else "it has none"
         flaw = f"{attributes.ABSENT} {attribute or attributes.USUAL[0]!r} ({has})"
         return [Feature(parts, None, flaw) for parts, _ in polygons]
-    if attribute is None and name.lower() != attributes.USUAL[0]:
-        told.append(f"the thickness is taken from its attribute {name}")
     found = []
     for number, (parts, value) in enumerate(polygons, 1):
         thickness, flaw = attributes.thickness_of(value)
@@ -149,6 +153,18 @@ def _of_plain_geojson(corners, terrain):
     if degrees:
         return WORLD(), None
     return None, f"GeoJSON without `crs` should be in degrees and is not: taken as {terrain.name}, as the terrain"
+
+
+def _refuse_latitude_first(corners, system, terrain, where):
+    """Raises InputError for degrees that lie where the terrain's system is made for once they are exchanged, and only
+    then."""
+    if not system.is_geographic or not len(corners) or np.abs(corners).max() > 90.0:
+        return
+    off, exchanged = (terrain.far_off(*system.carried(places[:1], terrain)[0]) for places in (corners, corners[:, ::-1]))
+    if off > 1.0 and exchanged == 0.0:
+        raise InputError(f"{where}: its coordinates, such as {corners[0, 0]:.6g}, {corners[0, 1]:.6g}, are latitude and"
+                         f" longitude: the file must have longitude first ({terrain.name} is made for places where"
+                         " they are exchanged)")
 
 
 def _carried(ring, system, terrain, where):

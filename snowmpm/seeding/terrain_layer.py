@@ -74,12 +74,35 @@ def _mean_over_cells(thickness, lattice, unit):
     return np.mean(samples, axis=0)
 
 
+LV03_TO_LV95 = np.array([2e6, 1e6])
+"""What Swiss coordinates grew by [m]."""
+
+
 def _off_terrain(region, surface, share):
-    lower, upper = ([round(float(v), 3) for v in corner[:2]] for corner in (surface.lower, surface.upper))
-    return (
-        f"{region.label}: {100 * share:.3g} % of it lies off the terrain (outside, or where there is no data); "
-        f"the terrain goes from {lower} to {upper}"
-    )
+    (low, high), (lower, upper) = ([corner[:2] for corner in ends] for ends in (
+        (region.lower, region.upper), (surface.lower, surface.upper)))
+    from_to = [f"from {_place(a)} to {_place(b)}" for a, b in ((low, high), (lower, upper))]
+    return (f"{region.label}: {100 * share:.3g} % of it lies off the terrain (outside, or where there is no data): it"
+            f" goes {from_to[0]}, the terrain {from_to[1]}{_why_off(low, high, lower, upper)}")
+
+
+def _place(corner):
+    return f"({', '.join(f'{round(float(value), 3):.10g}' for value in corner)})"
+
+
+def _why_off(low, high, lower, upper):
+    """What would bring a region, from low to high in plan, onto a terrain, from lower to upper; "" where unknown."""
+    def on(a, b):
+        return (a >= lower).all() and (b <= upper).all()
+
+    if (np.abs([low, high]) <= [180.0, 90.0]).all() and not (np.abs([lower, upper]) <= [360.0, 90.0]).all():
+        return ("; these look like degrees: where both files name their coordinate system, one is carried into the"
+                " other's (a .prj beside the terrain, or a tag in it)")
+    if on(low[::-1], high[::-1]):
+        return "; with x and y exchanged it would lie on it"
+    if on(low + LV03_TO_LV95, high + LV03_TO_LV95) or on(low - LV03_TO_LV95, high - LV03_TO_LV95):
+        return "; one is in LV03 and the other in LV95, which differ by 2 000 000 and 1 000 000 m"
+    return ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ RASTERS = (".asc", ".tif", ".tiff")
 PARTICLES = 40_000  # about so many: a few minutes
 FRICTION = 0.35  # of the bed, as the scene has it
 FRAMES = 150  # at most about so many
-LATER = 2.0  # end time of a depth-averaged flow over the moment at which blocks that slide without pressure rest
+LATER = 4.0  # end time of a depth-averaged flow over the moment at which blocks that slide without pressure rest
 LONGEST = 3600.0  # s, within which they are looked for
 LEAST_CELL, USUAL_CELL, MOST_CELL = 1.0, 5.0, 10.0  # m, of a depth-averaged flow
 ACROSS = 8.0  # cells across a release, at the least
@@ -76,8 +76,11 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
         # Between the coarsest that is accepted and a third of the thickness
         dx = _rounded(min(max((8.0 * volume / PARTICLES) ** (1.0 / 3.0), thick / 3.0), 1.5 * thick))
     end = max(4.0, round(3.0 * math.sqrt(length)))
+    if thickness is None and own is None and release is not None:
+        warnings.warn(f"thickness: {thick:.4g} m is an assumption{assumed}; --thickness gives another", stacklevel=2)
     told.append(f"thickness: {thick:.4g} m" + (
-        (", from the file" if own is not None else f", an assumption{assumed}; --thickness gives another")
+        (", from the file, in the mean" if own is not None else ", an assumption" + (
+            "" if release is not None else "; --thickness gives another"))
         if thickness is None else f", in place of {own:.4g} m of the file" if own is not None else ""))
     if not in_plan and length > LONG * thick:
         told.append("long against its depth: --method depth gives its run-out and maps in seconds")
@@ -125,7 +128,10 @@ def _given_thickness(polygons, release, thickness):
     if thickness is None and flaw and not flaw.startswith(ABSENT):
         others = f"; others have {', '.join(f'{value:g}' for value in given[:3])} m" if given else ""
         raise InputError(f"--release {release}: {flaw}{others}: complete the file, or give --thickness for all")
-    return sum(given) / len(given) if given else None, flaw and f": {release.name} {flaw}"
+    area = sum(polygon.area() for polygon in polygons if polygon.thickness is not None)
+    mean = sum(polygon.area() * polygon.thickness for polygon in polygons if polygon.thickness is not None) / area \
+        if given else None
+    return mean, flaw and f": {release.name} {flaw}"
 
 
 def _stretch(surface, polygons):

@@ -25,6 +25,10 @@ def footprint(spec, dim, base_dir, key, ground):
     if spec.file is not None:
         regions = read_regions(existing(spec.file, base_dir, f"{key}.file"), f"{key}.file", ground.system)
         label, areas = f"{key}.file = {str(spec.file)!r}", [region.polygons for region in regions]
+        if spec.part is not None:
+            if spec.part > len(areas):
+                raise InputError.at(f"{key}.part", spec.part, f"{spec.file} holds {len(areas)} areas")
+            areas = areas[spec.part - 1 : spec.part]
     else:
         label, areas = f"{key}.polygon", [Polygons.of([[spec.polygon]], f"{key}.polygon")]
     vertices, facets, first = [], [], 0

@@ -1,6 +1,7 @@
 """Elevations from GeoTIFF files, through rasterio: north up or rotated, only the requested part."""
 
 import contextlib
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,9 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 from snowmpm.terrain.reference_system import ReferenceSystem
+
+USUAL_NO_DATA = -9999.0
+"""What a raster that declares nothing holds where it has no value, by custom."""
 
 MAGIC = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 """First bytes of a TIFF and a BigTIFF file, in both orders of bytes."""
@@ -134,7 +138,10 @@ def _cells(source, where, rows, columns):
     block = np.prod(source.block_shapes[0], dtype=float) * source.count * np.dtype(source.dtypes[0]).itemsize
     read_budget.allow(where, CELL_BYTES * float(shape[0]) * shape[1] + block, f"{shape[1]} x {shape[0]} cells", ADVICE)
     z = source.read(1, window=Window.from_slices(rows, columns), masked=True).astype(float).filled(np.nan)
-    no_data = -9999.0 if source.nodata is None else source.nodata
+    if source.nodata is None and (bare := int((z == USUAL_NO_DATA).sum())):
+        warnings.warn(f"{where}: {bare} cells hold {USUAL_NO_DATA:g}: taken as no data, which the file does not"
+                      " declare", stacklevel=2)
+    no_data = USUAL_NO_DATA if source.nodata is None else source.nodata
     z[(z == no_data) | ~np.isfinite(z)] = np.nan
     return z * source.scales[0] + source.offsets[0]
 

@@ -85,3 +85,23 @@ def test_no_scene_of_the_library_is_impossible(name):
 
 def test_layers_have_a_rule_of_their_own():
     assert not told(load_scene("avalanche_on_raster"), "bodies.0")
+
+
+def test_a_house_smaller_than_the_cells_of_a_depth_averaged_flow():
+    house = [{"name": "house", "shape": {"kind": "box", "min": [500.0, 300.0, 0.0], "max": [514.0, 312.0, 2000.0]}}]
+    scene = load_scene("avalanche_depth_averaged", {"solver.dx": 20.0})
+    lower, upper = build(scene).surface.lower, build(scene).surface.upper
+    middle = 0.5 * (lower + upper)
+    house[0]["shape"] |= {"min": [*(middle[:2] - 7.0), float(lower[2])], "max": [*(middle[:2] + 7.0), float(upper[2])]}
+    house[0]["shape"]["min"] = [float(v) for v in house[0]["shape"]["min"]]
+    house[0]["shape"]["max"] = [float(v) for v in house[0]["shape"]["max"]]
+    for dx, warned in ((20.0, True), (5.0, False)):
+        said = told(with_overrides(scene, {"solver.dx": dx, "obstacles": house}), "obstacles.0")
+        assert bool(said) == warned
+
+
+def test_a_density_in_grams_per_cubic_centimetre():
+    for density, warned in ((0.2, True), (50.0, False)):
+        said = told(bodies({"kind": "box", "min": [0.2, 0.2], "max": [1.8, 1.8]},
+                           materials={"snow": {**SNOW, "density": density}}), "materials.snow.density")
+        assert bool(said) == warned

@@ -137,7 +137,7 @@ def test_one_missing_value_is_told_by_its_polygon(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", ["shp", "geojson", "gpkg"])
-def test_the_older_name_is_read_and_told(tmp_path, kind):
+def test_the_older_name_is_read(tmp_path, kind):
     path = tmp_path / f"release.{kind}"
     if kind == "shp":
         written(path, [NAME, ("D0", "N", 8, 2)], [["a", 0.6]])
@@ -145,8 +145,7 @@ def test_the_older_name_is_read_and_told(tmp_path, kind):
         geojson(path, [{"name": "a", "d0": 0.6}])
     else:
         geopackage(path, [0.6], "d0")
-    with pytest.warns(UserWarning, match="thickness is taken from its attribute"):
-        assert [one.thickness for one in read_features(path, "file")] == [0.6]
+    assert [one.thickness for one in read_features(path, "file")] == [0.6]
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")

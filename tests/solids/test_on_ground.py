@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from snowmpm.errors import InputError
+from snowmpm.scenes import load_scene
 from snowmpm.solids import Obstacle
 from snowmpm.solids.footprint import BELOW
 from snowmpm.terrain import load_terrain
@@ -27,7 +28,7 @@ def obstacle(shape, ground, folder=".", **more):
 
 
 def footprint(**more):
-    return {"kind": "footprint", "file": None, "polygon": None, "height": 8.0} | more
+    return {"kind": "footprint", "file": None, "part": None, "polygon": None, "height": 8.0} | more
 
 
 def test_a_building_with_a_yard(ground):
@@ -53,6 +54,31 @@ def test_buildings_of_a_file(ground, tmp_path):
     assert shape.surface.volume() == pytest.approx((48.0 + 44.0) * (8.0 * TAN + 8.0 + BELOW))
     places = [[7.0, 12.0, 45.0], [20.0, 12.0, 45.0], [31.0, 11.0, 32.0], [33.0, 13.0, 32.0]]
     assert (shape.query(np.array(places))[0] < 0).tolist() == [True, False, True, False]
+    second = obstacle(footprint(file="houses.geojson", part=2), ground, tmp_path).shape
+    assert (second.query(np.array(places))[0] < 0).tolist() == [False, False, True, False]
+    with pytest.raises(InputError, match="part = 3: .*holds 2 areas"):
+        obstacle(footprint(file="houses.geojson", part=3), ground, tmp_path)
+    # Of a scene, each is an obstacle with a load of its own
+    (tmp_path / "scene.toml").write_text("""
+name = "houses"
+dimension = 3
+end_time = 1.0
+solver = { dx = 1.0 }
+materials.snow = { kind = "elastic", density = 300.0, youngs_modulus = 1e6, poisson_ratio = 0.3 }
+domain = { min = [0.0, 0.0, 0.0], max = [60.0, 60.0, 80.0] }
+terrain = { kind = "plane", point = [0.0, 0.0, 50.0], angle = 30.0 }
+[[bodies]]
+name = "block"
+material = "snow"
+shape = { kind = "box", min = [40.0, 40.0, 40.0], max = [44.0, 44.0, 44.0] }
+[[obstacles]]
+name = "house"
+shape = { kind = "footprint", file = "houses.geojson", height = 8.0 }
+""")
+    scene = load_scene(tmp_path / "scene.toml")
+    assert [(one.name, one.shape.part) for one in scene.obstacles] == [("house_1", 1), ("house_2", 2)]
+    (tmp_path / "resolved.toml").write_text(scene.to_toml())
+    assert [one.shape.part for one in load_scene(tmp_path / "resolved.toml").obstacles] == [1, 2]
 
 
 def test_a_mesh_is_put_down(ground, tmp_path):

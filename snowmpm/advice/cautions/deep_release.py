@@ -6,8 +6,8 @@ from snowmpm.setup.release_plan import release_plan
 
 NARROW = 0.05
 """solver.depth.rim that lets the front of a dam break come within 2 % on twenty cells of its depth."""
-DEEPEST = 15.0
-"""Mean depth of a release [m] beyond which it is taken for a mistake; slabs are 0.2 to 5 m thick."""
+DEEPEST = 6.0
+"""Mean depth of a release [m] from which on it is doubted; slabs are 0.2 to 5 m thick."""
 
 
 @rule(*METHODS)
@@ -20,7 +20,7 @@ def deep_release(facts):
     depth = facts.model.release_volume / area if area > 0.0 else 0.0
     if depth > DEEPEST:
         yield Caution("", "bodies", f"the release is {depth:.3g} m deep in the mean",
-                      "thickness and top are in metres; snow this deep does not release")
+                      "thickness and top are in metres; slabs are 0.2 to 5 m thick")
 
 
 @rule("depth")

@@ -1,4 +1,6 @@
-"""Rules: bodies that the cells do not resolve."""
+"""Rules: bodies and obstacles that the cells do not resolve, and densities that are no snow's."""
+
+import numpy as np
 
 from snowmpm.advice.cautions.caution import Caution, accepted, rounded_down, rule
 from snowmpm.advice.cautions.layers import too_shallow
@@ -11,6 +13,7 @@ LEAST_CELLS = 2.0
 FITTED = 0.95
 """Share of the extent of a body that its lattice of particles spans at least."""
 
+IN_PLAN = [name for name, entry in METHODS.items() if entry.capabilities.plan]
 ON_GRID = [name for name, entry in METHODS.items() if entry.capabilities.grid and not entry.capabilities.plan]
 
 
@@ -32,3 +35,33 @@ def thin_body(facts):
             within = "it is smaller than a cell" if whole else "strain across it is one number"
             cure = f"solver.dx = {dx:g} or less" if accepted(facts, {"solver.dx": dx}) else "a finer grid"
             yield Caution("", f"bodies.{i} ({body.name})", f"{cells:.2g} cells thick: {within}", cure)
+
+
+LIGHTEST = 20.0
+"""Density [kg/m3] below which a material is doubted: fresh snow has 30 and more."""
+
+
+@rule(*IN_PLAN)
+def small_gauge(facts):
+    """A gauge less than LEAST_CELLS wide: depth and speed are means over cells that reach far beyond it (obstacles in
+    space have a rule of their own, `contacts`)."""
+    for i, obstacle in enumerate(facts.model.obstacles):
+        lower, upper = obstacle.bounds_at(0.0)
+        # A thin wall is met on its broad side
+        width = float(np.max((upper - lower)[:2]))
+        if width < FITTED * LEAST_CELLS * facts.dx and facts.begin == 0.0:
+            dx = rounded_down(width / LEAST_CELLS)
+            cure = f"solver.dx = {dx:g} or less" if accepted(facts, {"solver.dx": dx}) else "a finer grid"
+            yield Caution("", f"obstacles.{i} ({obstacle.name})", f"{width:.3g} m wide, {width / facts.dx:.2g} cells:"
+                          " the load on it depends on the grid", cure)
+
+
+@rule(*METHODS)
+def light_material(facts):
+    """A density that is lighter than snow by far, as one in g/cm3 is."""
+    used = {body.material for body in facts.scene.bodies}
+    for name, material in facts.scene.materials.items():
+        density = material.get("density")
+        if name in used and facts.begin == 0.0 and density is not None and density < LIGHTEST:
+            yield Caution("", f"materials.{name}.density", f"{density:g} kg/m3 is lighter than any snow",
+                          "densities are in kg/m3: snow has 30 to 600")
