@@ -12,7 +12,10 @@ from snowmpm.scenes.messages import shown
 
 STARTS = Path(__file__).parent / "starts"
 NAME = re.compile(r'^name\s*=\s*"[^"]*"', re.MULTILINE)
-FILES = re.compile(r'(?<![\w.])file\s*=\s*"([^"]+)"')
+FILES = re.compile(r"""(?<![\w.])file\s*=\s*(?:"([^"]+)"|'([^']+)')""")
+BESIDE = {".shp": (".dbf", ".shx", ".prj", ".cpg"), ".asc": (".prj",), ".obj": (".mtl",),
+          ".tif": (".prj", ".tfw", ".tif.msk", ".tif.aux.xml")}
+"""Files that belong to one of a kind, by their endings in place of its own."""
 
 
 def start_from(template, **words):
@@ -32,7 +35,8 @@ def copy_of(scene, name, folder):
     if not count:
         raise InputError(f"{source}: has no name to change")
     copied = []
-    for file in dict.fromkeys(FILES.findall(text)):
+    named = dict.fromkeys(double or single for double, single in FILES.findall(text))
+    for file in dict.fromkeys(one for name in named for one in [name, *_beside(source.parent, name)]):
         there, here = source.parent / file, Path(folder) / file
         if Path(file).is_absolute() or not there.is_file():
             continue
@@ -46,6 +50,16 @@ def copy_of(scene, name, folder):
             part.write_bytes(content)
         copied.append(here)
     return text, copied
+
+
+def _beside(folder, name):
+    """Names of the files in a folder that belong to one of this name, whatever the case of their endings."""
+    path = Path(name)
+    if path.is_absolute() or ".." in path.parts or not (folder / path).parent.is_dir():
+        return []
+    wanted = {(path.stem + end).lower() for end in BESIDE.get(path.suffix.lower(), ())}
+    return sorted(str(path.with_name(one.name)) for one in (folder / path).parent.iterdir()
+                  if one.name.lower() in wanted and one.is_file())
 
 
 def quoted(text):

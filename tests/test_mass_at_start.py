@@ -4,8 +4,10 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 
 from snowmpm.scenes import Scene, library, load_scene
+from snowmpm.scenes.loader import tomllib
 from snowmpm.setup.build import build
 from snowmpm.setup.mass_at_start import mass_doubts
 
@@ -72,6 +74,11 @@ def on_ground(bottoms, files=("one", "two"), method="depth", dx=5.0):
             for bottom, name in zip(bottoms, files, strict=True)]})
 
 
+def table(made):
+    """A scene as what is written in its file."""
+    return tomllib.loads(made.to_toml())
+
+
 @pytest.mark.parametrize(("method", "dx"), [("depth", 5.0), ("mpm", 2.0)])
 def test_two_releases_over_one_area(ground, method, dx):
     said = told(on_ground((0.0, 0.0), method=method, dx=dx))
@@ -82,6 +89,52 @@ def test_two_releases_over_one_area(ground, method, dx):
 @pytest.mark.parametrize(("method", "dx"), [("depth", 5.0), ("mpm", 2.0)])
 def test_layers_on_each_other_share_nothing(ground, method, dx):
     assert told(on_ground((0.0, 1.0), method=method, dx=dx)) == []
+
+
+def test_layers_one_in_the_other_share_what_both_hold(ground):
+    made = table(on_ground((0.0, 0.5)))
+    made["bodies"][1]["shape"]["region"]["file"] = "one.geojson"
+    said = told(Scene.model_validate(made))
+    assert len(said) == 1 and float(said[0].split(", ")[1].split("%")[0]) == pytest.approx(50.0, abs=13.0)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_boxes_of_a_depth_averaged_flow(ground):
+    made = on_ground((0.0, 0.0))
+    z = float(build(made).surface.height(np.array([[100.0, 100.0]]))[0])
+    boxes = [{"kind": "box", "min": [a, 80.0, z - 40.0], "max": [a + 50.0, 130.0, z + 40.0]} for a in (80.0, 105.0)]
+    bodies = [{"name": f"box_{i}", "material": "snow", "shape": box} for i, box in enumerate(boxes)]
+    said = told(Scene.model_validate(table(made) | {"bodies": bodies}))
+    assert sum("below the ground" in one for one in said) == 2
+    assert sum("counts twice" in one for one in said) == 1
+
+
+def test_a_mesh_that_encloses_another_volume_than_it_holds(tmp_path, monkeypatch):
+    """Two cubes, the second inside out, and one that crosses itself: its particles fill what lies inside."""
+    monkeypatch.chdir(tmp_path)
+    cube = trimesh.creation.box((0.5, 0.5, 0.5))
+    other = trimesh.creation.box((0.4, 0.4, 0.4))
+    other.invert()
+    other.apply_translation((0.8, 0.0, 0.0))
+    for name, mesh in {"right": cube, "wrong": trimesh.util.concatenate([cube, other])}.items():
+        mesh.apply_translation((0.5, 1.0, 0.5))
+        mesh.export(f"{name}.stl")
+    made = PLAIN | {"dimension": 3, "solver": {"dx": 0.1},
+                    "domain": {"min": [0.0, 0.0, 0.0], "max": [2.0, 2.0, 2.0], "boundary": "slip"}}
+    for name, words in {"right": [], "wrong": ["faces inwards in part"]}.items():
+        said = told(Scene.model_validate(made | {"bodies": [
+            {"name": "a", "material": "snow", "shape": {"kind": "mesh", "file": f"{name}.stl"}}]}))
+        assert len(said) == len(words) and all(word in one for word, one in zip(words, said, strict=True))
+
+
+def test_snow_of_a_raster_off_the_terrain_is_told(ground):
+    rows = "\n".join(" ".join(["1"] * 20) for _ in range(20))
+    with open("thickness.asc", "w") as file:
+        file.write("ncols 20\nnrows 20\nxllcorner -100\nyllcorner 100\ncellsize 10\n" + rows)
+    made = table(on_ground((0.0,), ("one",)))
+    made["bodies"][0]["shape"] = {"kind": "layer", "bottom": 0.0, "top": {"file": "thickness.asc"}}
+    with pytest.warns(UserWarning, match="50% of its snow lies off the terrain"):
+        build(Scene.model_validate(made))
 
 
 def test_a_release_that_goes_later_does_not_count(ground):

@@ -8,9 +8,8 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from snowmpm.render.crumble import crumbled
-from snowmpm.render.export.snow_surface import snow_surface
-from snowmpm.render.export.usd_parts import vertex_normals
 from snowmpm.render.snow import BALL
+from snowmpm.render.snow_surface import snow_surface, vertex_normals
 
 RELIEF = ((1.6, 0.30), (0.7, 0.18), (0.35, 0.09))
 """Sizes of the relief and its heights, in spacings of the particles: what the grid of the run does not resolve."""

@@ -8,9 +8,9 @@ import numpy as np
 import trimesh
 
 from snowmpm.errors import InputError
-from snowmpm.render.export.snow_surface import require_splashsurf, snow_surface
 from snowmpm.render.floor import ground_of
 from snowmpm.render.run_film import view_of
+from snowmpm.render.snow_surface import require_splashsurf, snow_surface
 from snowmpm.render.upright import turned
 from snowmpm.render.view import particle_spacing, piled
 

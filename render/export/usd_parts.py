@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from snowmpm.render.snow_surface import vertex_normals
+
 WIDE = ("u4", "i8", "u8")
 """Whole numbers that 32 bits with a sign do not hold."""
 
@@ -94,15 +96,6 @@ class Part:
             if not one.GetAttr().HasAuthoredMetadata("customData") and unit:
                 one.GetAttr().SetCustomDataByKey("units", unit)
             one.Set(array.FromNumpy(np.ascontiguousarray(part, number)), code)
-
-
-def vertex_normals(points, faces):
-    """Unit normals (n, 3) float32 of vertices (n, 3): means of those of their triangles (m, 3), by area."""
-    corners = points[faces].astype(np.float64)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = np.stack([np.bincount(faces.ravel(), np.repeat(cross[:, axis], 3), len(points)) for axis in range(3)], -1)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.where(length > 0.0, total / np.maximum(length, 1e-300), [0.0, 0.0, 1.0]).astype(np.float32)
 
 
 def _matrix(rotation, translation):

@@ -66,10 +66,13 @@ class Blocks:
         self._law, self._numbers, self._rows = friction
         inner = slice(MARGIN, -MARGIN)
         self._slopes = np.stack([part[inner, inner] for part in np.gradient(bed.heights, grid.dx)])
+        self._heights = np.asarray(bed.heights, float)[inner, inner]
         self.plan, self.velocity = np.array(plan, float), np.array(velocity, float)
         self.depth, self.density = np.asarray(depth, float), np.asarray(density, float)
         self._share, self.material = load and load[0], load[1] if load else np.zeros(len(self.plan), int)
         self.time = self.bend = self.slope = self.lift = 0.0
+        along = (self.velocity * self.slopes(self.plan)).sum(axis=1)
+        self._energy = 0.5 * ((self.velocity**2).sum(axis=1) + along**2) + gravity * self._height()
 
     def _at(self, plan):
         return ((plan - self._grid.lower) / self._grid.dx - 0.5).T
@@ -97,8 +100,16 @@ class Blocks:
         self.velocity = new * kept[:, None]
         self.plan += 0.5 * dt * (w + self.velocity)
         self.time += dt
+        # Steps longer than the ground's bends would gain energy from them: none is faster than its fall allows
+        most = np.sqrt(2.0 * np.maximum(self._energy - self._g * self._height(), 0.0))
+        self.velocity *= np.minimum(1.0, most / np.maximum(speed * kept, 1e-30))[:, None]
+        fastest = float(np.minimum(speed * kept, most).max(initial=0.0))
         self._leave()
-        return float((speed * kept).max(initial=0.0))
+        return fastest
+
+    def _height(self):
+        """Of the ground under the blocks (n,) [m]; it has no holes there."""
+        return ndimage.map_coordinates(self._heights, self._at(self.plan), order=1, mode="nearest")
 
     def _resistance(self, normal, speed):
         """Dry part [m/s2] and rate [1/s] of the friction per mass."""
@@ -117,7 +128,7 @@ class Blocks:
         at = (self.plan - self._grid.lower) / self._grid.dx
         stay = ((at >= 0.0) & (at < self._grid.shape)).all(axis=1) & (self._rows[self._cells()] >= 0)
         if not stay.all():
-            for name in ("plan", "velocity", "depth", "density", "material"):
+            for name in ("plan", "velocity", "depth", "density", "material", "_energy"):
                 setattr(self, name, vars(self)[name][stay])
 
     def _note(self, turn, speed, cosine):

@@ -66,7 +66,11 @@ def _columns(path, n, line, known, where):
             why = "twice" if name in known else f"must be one of {', '.join(known)}{where}"
             raise InputError(f"{path}: column {ascii(name[:60])[1:-1]}: {why}{_semicolons(line)}")
     for name, (_, bracket, rest) in zip(names, cells, strict=True):
-        factor = _factor(rest.partition("]")[0], known[name]) if bracket else 1.0
+        written, closed, after = rest.partition("]")
+        if bracket and (not closed or after.strip()):
+            raise InputError(f"{path}: column {name}: {ascii(bracket + rest)[1:-1][:60]}: must be a unit in brackets,"
+                             " and no more")
+        factor = _factor(written, known[name]) if bracket else 1.0
         if factor is None:
             written = ascii(rest.partition("]")[0][:40])
             raise InputError(f"{path}: column {name}: unit {written}: must be {' or '.join(_units(known[name]))}")
@@ -87,7 +91,7 @@ def _units(unit):
 
 def _numbers(path, n, line, names):
     try:
-        row = [float(cell) for cell in _cells(path, n, line)]
+        row = [float(cell.replace("_", "?")) for cell in _cells(path, n, line)]  # Python takes _ for a mark in numbers
     except (ValueError, csv.Error):
         row = []
     if len(row) != len(names) or not np.isfinite(row).all():

@@ -15,6 +15,9 @@ from snowmpm.errors import InputError
 SLACK = 1e-6
 """Tolerance, as a share of a cell, for coordinates of a file that lie off a grid line by round-off."""
 
+BYTES_PER_CELL = 220
+"""Eight maps, and their copies for the file and the checkpoint."""
+
 NEAR = 0.01
 """Relative difference up to which a wish is taken as the nearest multiple: rasters of 5 m have cells of 4.99768 m."""
 
@@ -34,6 +37,11 @@ class MapGrid:
         first = np.floor((lower - phase) / cell + SLACK)
         last = np.maximum(np.ceil((upper - phase) / cell - SLACK), first + 1.0)
         return cls(phase + cell * first, float(cell), tuple((last - first).astype(int).tolist()))
+
+    @property
+    def memory(self):
+        """Bytes that the maps of a run take on it, with their copies while they are written."""
+        return BYTES_PER_CELL * float(self.shape[0]) * float(self.shape[1])
 
     @property
     def upper(self):

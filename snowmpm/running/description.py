@@ -78,6 +78,7 @@ def describe(model, solver):
         told["expected_end"] = f"at t = {coming.end:.3g} s, by blocks that slide without pressure{speed}"
     if chosen := class_chosen(model):
         told["friction"] = f"{chosen}, by the volume of the release, {model.release_volume:.4g} m3"
+    maps = model.map_grid.memory if scene.dimension == 3 else 0.0
     particles, width = int(counts.sum()), sum(store.sizes.values())
     return {
         **told,
@@ -85,7 +86,7 @@ def describe(model, solver):
         kind: {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
         "mass": store.mass,
         "blocks": store.n_blocks,
-        "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, width, solver.memory),
+        "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, width, solver.memory + maps),
         "run_file": expected_run_file(scene, particles),
         "checkpoint": particles * width * store.number_bytes + 8 * particles,
         "bytes_per_particle": store.bytes_per_particle,

@@ -36,5 +36,5 @@ def fall_speed(model):
     lowest = model.surface.lower[-1] if scene.solver.in_plan else model.lower[-1]
     speed2 = 0.0 if snow.velocities is None else (np.asarray(snow.velocities, float) ** 2).sum(axis=1).max(initial=0.0)
     depth = float(snow.volumes.max()) / scene.solver.spacing(3) ** 2 if scene.solver.in_plan else model.depth
-    fall = snow.positions[:, -1].max() - lowest + DEEPER * depth
+    fall = max(snow.positions[:, -1].max() - lowest, 0.0) + DEEPER * depth
     return EXCESS * math.sqrt(speed2 + 2.0 * abs(gravity[-1]) * fall) if np.isfinite(fall) else math.inf

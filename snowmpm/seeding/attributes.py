@@ -17,8 +17,10 @@ THICKEST = 100.0
 def chosen(names: Iterable[str], wanted: str | None) -> str | None:
     """The attribute of a file that holds the thickness, whatever its case: `wanted`, or the first of USUAL. None: there
     is none."""
-    by_lower = {name.lower(): name for name in reversed(list(names))}
-    return next((by_lower[name.lower()] for name in ((wanted,) if wanted else USUAL) if name.lower() in by_lower), None)
+    known = list(names)
+    by_lower = {name.lower(): name for name in reversed(known)} | {name: name for name in known}
+    asked = (wanted,) if wanted else USUAL
+    return next((by_lower[one] for name in asked for one in (name, name.lower()) if one in by_lower), None)
 
 
 def thickness_of(value: Any) -> tuple[float | None, str]:
@@ -32,6 +34,8 @@ def thickness_of(value: Any) -> tuple[float | None, str]:
     if isinstance(text, bool | list | dict):
         return None, f"= {shown[:40]}: must be a number of metres"
     try:
+        if isinstance(text, str) and "_" in text:  # which Python takes for a mark between digits
+            raise ValueError
         number = float(text)
     except (TypeError, ValueError, OverflowError):
         comma = isinstance(text, str) and text.count(",") == 1 and _is_number(text.replace(",", "."))

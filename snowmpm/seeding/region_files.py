@@ -160,7 +160,7 @@ def _refuse_latitude_first(corners, system, terrain, where):
     then."""
     if not system.is_geographic or not len(corners) or np.abs(corners).max() > 90.0:
         return
-    off, exchanged = (terrain.far_off(*system.carried(places[:1], terrain)[0]) for places in (corners, corners[:, ::-1]))
+    off, exchanged = (terrain.far_off(*system.carried(place, terrain)[0]) for place in (corners[:1], corners[:1, ::-1]))
     if off > 1.0 and exchanged == 0.0:
         raise InputError(f"{where}: its coordinates, such as {corners[0, 0]:.6g}, {corners[0, 1]:.6g}, are latitude and"
                          f" longitude: the file must have longitude first ({terrain.name} is made for places where"
@@ -219,7 +219,8 @@ def _geojson(path, key, choose, kind):
         system = None if named is None else ReferenceSystem.named(_name_of(named["properties"]), f"{path}: crs")
         name = choose(names)
         # In the case that each feature has
-        same = [one for one in names if name is not None and one.lower() == name.lower()]
+        same = sorted((one for one in names if name is not None and one.lower() == name.lower()),
+                      key=lambda one: one != name)
         found = [(parts, next((own[one] for one in same if one in own), None)) for parts, own in found]
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
@@ -254,19 +255,24 @@ def _geopackage(path, key, choose, kind):
         names = tuple(pyogrio.read_info(path, layer=layers[0])["fields"])
         name = choose(names)
         meta, _, geometries, columns = pyogrio.raw.read(path, layer=layers[0], columns=[name] if name else [])
-        found = []
+        # Truth is told from numbers by the type of the column alone
+        truths = name is not None and meta["dtypes"][0] == "bool"
+        found, others = [], 0
         for row, geometry in enumerate(shapely.from_wkb(geometries)):
-            own = [part for part in shapely.get_parts(geometry) if part.geom_type == kind.one and not part.is_empty]
+            pieces = shapely.get_parts(shapely.get_parts(geometry))  # a collection may hold several of several parts
+            own = [part for part in pieces if part.geom_type == kind.one and not part.is_empty]
+            others += sum(part.geom_type != kind.one for part in pieces)
             parts = [np.asarray(part.coords)[:, :2] if kind is LINE else
                      [np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)] for part in own]
             if parts:
-                found.append((parts, columns[0][row] if name else None))
+                value = columns[0][row] if name else None
+                found.append((parts, bool(value) if truths else value))
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, shapely.errors.GEOSException,
             ValueError) as error:
         raise InputError.at(key, str(path), "is not a readable GeoPackage") from error
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    return found, names, _system(meta["crs"], f"{path}: its layer {layers[0]}"), []
+    return found, names, _system(meta["crs"], f"{path}: its layer {layers[0]}"), _left_out(others, kind)
 
 
 def _system(text, where):

@@ -1,5 +1,6 @@
 """The thickness of a layer from place to place, from a raster."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ from snowmpm.terrain.raster import read_raster, system_of
 from snowmpm.terrain.raster_values import raster_values
 
 QUANTITY = "thicknesses of snow"
+
+LEAST_LOST = 0.01
+"""Share of the snow of a raster off the terrain that is told."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,14 @@ class RasterThickness:
                                 f" {THICKEST:g} m")
         return values
 
+    def _tell_of_lost(self, surface, cells, thickness):
+        """Warn of snow in cells (n, 2) off the terrain or where it has no data, which is left out."""
+        off = np.isnan(surface.height(cells))
+        share = float(thickness[off].sum() / thickness.sum())
+        if share > LEAST_LOST:
+            warnings.warn(f"{self.key} = {str(self.path)!r}: {share:.0%} of its snow lies off the terrain, or where the"
+                          " terrain has no data, and is left out", stacklevel=2)
+
     def region(self, surface):
         """`Region` of the terrain, a rectangle around all cells with snow. InputError: there are none."""
         raster = read_raster(self.path, None, self.key, quantity=QUANTITY)
@@ -57,9 +69,11 @@ class RasterThickness:
             ends = [(axis[at].min() - h, axis[at].max() + h)
                     for axis, at, h in zip((raster.x, raster.y), (columns, rows), half, strict=True)]
             corners = np.array([[x, y] for x in ends[0] for y in ends[1]])
+            cells = np.column_stack([raster.x[columns], raster.y[rows]])
             named = system_of(self.path, self.key, QUANTITY)
             if named is not None and self.system is not None:
-                corners = named.carried(corners, self.system)
+                corners, cells = (named.carried(places, self.system) for places in (corners, cells))
+            self._tell_of_lost(surface, cells, z[rows, columns])
             lower, upper = np.maximum(lower, corners.min(axis=0)), np.minimum(upper, corners.max(axis=0))
         if not len(rows) or not (lower < upper).all():
             raise InputError.at(self.key, str(self.path), "has no cell with snow on the terrain")

@@ -22,6 +22,16 @@ NEAR = 0.1
 
 MOST_NAMED = 3
 
+HEIGHTS = 8
+"""Places up a column of a depth-averaged flow."""
+
+TORN = 0.15
+"""Difference between the volume that a mesh encloses and that of its particles, from which on its surface is doubted:
+fine particles come within 2 %."""
+
+MANY = 200
+"""Particles of a mesh from which on this is known."""
+
 
 def mass_doubts(model) -> Iterator[Doubt]:
     """`Doubt`s about bodies of a `Model` that share a place, or lie below the ground."""
@@ -29,13 +39,17 @@ def mass_doubts(model) -> Iterator[Doubt]:
               if not components.carried(model.scene, body)]
     if model.surface is not None:
         yield from _buried(model, bodies)
+    for filled in bodies:
+        yield from _torn(filled)
+    measure = "m3" if model.scene.dimension == 3 else "m2"
     shared = []
     for one, other in _neighbours(bodies):
-        if one.body.start_time == other.body.start_time and (volume := _shared(one, other)):
-            shared.append((volume / min(one.volume, other.volume), volume, one, other))
+        volume = _shared(one, other) if one.body.start_time == other.body.start_time else 0.0
+        share = volume / min(one.volume, other.volume) if volume else 0.0
+        if share > LEAST:
+            shared.append((share, volume, one, other))
     shared.sort(key=lambda found: -found[1])
     for share, volume, one, other in shared[:MOST_NAMED]:
-        measure = "m3" if model.scene.dimension == 3 else "m2"
         yield Doubt(f"bodies.{other.i} ({other.body.name})", f"shares {volume:.3g} {measure}, {share:.0%} of the"
                     f" smaller, with {one.body.name}: its mass counts twice there", "cut one of them, or take one away")
     if len(shared) > MOST_NAMED:
@@ -56,7 +70,20 @@ class _Filled:
         if len(positions) > SAMPLE:  # the same ones for the same scene
             chosen = np.random.default_rng(0).choice(len(positions), SAMPLE, replace=False)
             positions, volumes = positions[chosen], volumes[chosen]
+        self.margin, self.count = NEAR * self.spacing, ends[i + 1] - ends[i]
+        if model.scene.solver.in_plan and len(positions):
+            positions, volumes = self._along_columns(positions, volumes)
         self.positions, self.weights = positions, volumes / max(volumes.sum(), 1e-300)
+
+    def _along_columns(self, positions, volumes):
+        """Places up the columns, which stand for snow from below to above their middles."""
+        depth = volumes / self.spacing**2
+        self.margin = NEAR * float(np.median(depth))
+        rise = np.linspace(-0.5, 0.5, 2 * HEIGHTS + 1)[1::2, None] * depth
+        places = np.tile(positions, (HEIGHTS, 1))
+        places[:, -1] += rise.ravel()
+        self.lower, self.upper = places.min(axis=0), places.max(axis=0)
+        return places, np.tile(volumes, HEIGHTS)
 
     def holds(self, points):
         """Whether each point (n, dim) lies in the body, as the seeding has it."""
@@ -66,7 +93,7 @@ class _Filled:
 def _in_shape(filled, points):
     scene, spec = filled.model.scene, filled.body.shape
     shape = shape_of(spec, scene.dimension, scene.base_dir, f"bodies.{filled.i}.shape")
-    margin = NEAR * filled.spacing
+    margin = filled.margin
     local = (points - shape.origin) @ shape.axes.T
     inside = ((local > margin) & (local < shape.size - margin)).all(axis=1)
     if shape.contains is not None and inside.any():
@@ -77,7 +104,7 @@ def _in_shape(filled, points):
 def _in_layer(filled, points):
     """By the height over the plane of the ground below."""
     model, spec = filled.model, filled.body.shape
-    surface, margin = model.surface, NEAR * filled.spacing
+    surface, margin = model.surface, filled.margin
     plan, z = points[:, :-1], points[:, -1]
     gradient = np.nan_to_num(surface.gradient(plan, model.scene.solver.dx)).reshape(len(plan), -1)
     upright = 1.0 / np.sqrt(1.0 + (gradient**2).sum(axis=1))
@@ -100,12 +127,11 @@ def _in_layer(filled, points):
 
 
 def _shared(one, other):
-    """Volume [m3] that both hold, as the particles of the smaller see it; 0 below LEAST of that."""
+    """Volume [m3] that both hold, as the particles of the smaller see it."""
     small, large = sorted((one, other), key=lambda body: body.volume)
     x = small.positions
     near = ((x > large.lower - large.spacing) & (x < large.upper + large.spacing)).all(axis=1)
-    share = float(small.weights[near] @ large.holds(x[near])) if near.any() else 0.0
-    return share * small.volume if share > LEAST else 0.0
+    return float(small.weights[near] @ large.holds(x[near])) * small.volume if near.any() else 0.0
 
 
 def _neighbours(bodies):
@@ -125,8 +151,21 @@ def _buried(model, bodies):
         if filled.body.shape.kind == "layer" or filled.lower is None:
             continue
         height = model.surface.height(filled.positions[:, :-1])
-        below = filled.positions[:, -1] < height - NEAR * filled.spacing  # no ground: not a number, not below
+        below = filled.positions[:, -1] < height - filled.margin  # no ground: not a number, not below
         share = float(filled.weights @ below)
         if share > LEAST:
             yield Doubt(f"bodies.{filled.i} ({filled.body.name})", f"{share:.0%} of it lies below the ground, where the"
                         " ground pushes it out at once", "put it on the ground, or cut it there")
+
+
+def _torn(filled):
+    """A mesh whose surface crosses itself, or faces inwards in part: it encloses another volume than it holds."""
+    if filled.body.shape.kind != "mesh" or filled.count < MANY:
+        return
+    dim = filled.model.scene.dimension
+    held = filled.count * filled.spacing**dim
+    if abs(filled.volume / held - 1.0) > TORN:
+        yield Doubt(f"bodies.{filled.i} ({filled.body.name})", f"its surface encloses {filled.volume:.3g} m3, and its"
+                    f" particles fill {held:.3g} m3: it crosses itself, or faces inwards in part",
+                    "mend the mesh (Blender: Mesh > Normals > Recalculate Outside; a boolean union)")
+

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from snowmpm import components
+from snowmpm import components, memory
 from snowmpm.errors import InputError
 from snowmpm.ground import Coulomb
 from snowmpm.ground.friction import GroundFriction
@@ -83,8 +83,11 @@ class Model:
         snow, scene = self.population, self.scene
         least = max(self._least_map_cell(part, snow, later=i > 0) for i, part in enumerate(parts(scene)))
         try:
-            return grid_for(self.lower, self.upper, least, scene.output.map_cell,
+            grid = grid_for(self.lower, self.upper, least, scene.output.map_cell,
                             self.surface.lattice if self.surface else None)
+            memory.require(grid.memory, f"output.map_cell: maps of {grid.shape[0]} x {grid.shape[1]} cells of"
+                           f" {grid.cell:g} m over the domain", "larger cells or a smaller domain need less")
+            return grid
         except InputError as error:
             raise InputError(f"{scene.source}: {error}") from None
 

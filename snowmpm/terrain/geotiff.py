@@ -138,12 +138,24 @@ def _cells(source, where, rows, columns):
     block = np.prod(source.block_shapes[0], dtype=float) * source.count * np.dtype(source.dtypes[0]).itemsize
     read_budget.allow(where, CELL_BYTES * float(shape[0]) * shape[1] + block, f"{shape[1]} x {shape[0]} cells", ADVICE)
     z = source.read(1, window=Window.from_slices(rows, columns), masked=True).astype(float).filled(np.nan)
-    if source.nodata is None and (bare := int((z == USUAL_NO_DATA).sum())):
-        warnings.warn(f"{where}: {bare} cells hold {USUAL_NO_DATA:g}: taken as no data, which the file does not"
-                      " declare", stacklevel=2)
-    no_data = USUAL_NO_DATA if source.nodata is None else source.nodata
-    z[(z == no_data) | ~np.isfinite(z)] = np.nan
+    no_data = [source.nodata] if source.nodata is not None else [USUAL_NO_DATA, *_ends(source)]
+    for value in no_data:
+        if source.nodata is None and (bare := int((z == value).sum())):
+            warnings.warn(f"{where}: {bare} cells hold {value:g}: taken as no data, which the file does not declare",
+                          stacklevel=2)
+        z[z == value] = np.nan
+    z[~np.isfinite(z)] = np.nan
     return z * source.scales[0] + source.offsets[0]
+
+
+def _ends(source):
+    """Smallest and largest number of a band of whole numbers that are scaled: what it holds where there is none, since
+    it has no other number for that. None of bands as they are, where 255 may be a height."""
+    kind = np.dtype(source.dtypes[0])
+    if kind.kind not in "iu" or (source.scales[0], source.offsets[0]) == (1.0, 0.0):
+        return []
+    limits = np.iinfo(kind)
+    return [float(limits.max), *([float(limits.min)] if kind.kind == "i" else [])]
 
 
 def _require_tiff(file, path, key):

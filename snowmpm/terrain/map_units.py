@@ -75,6 +75,11 @@ def height_metres(given, band_unit, system, where):
     return 1.0
 
 
+def length_metres(band_unit):
+    """Metres in a unit of a band that is no elevation, 1 where it names none or no length."""
+    return METRES.get((band_unit or "").strip().lower().replace(".", ""), 1.0)
+
+
 def doubted(system, x, y):
     """A warning where a place lies far outside the area that a system is made for, "" elsewhere."""
     off = system.far_off(x, y) if system is not None else 0.0
@@ -92,13 +97,13 @@ def refuse_unnamed_degrees(raster, where):
                          " project it to metres")
 
 
-def converted(plan, height):
-    """Text on the conversions, "" if there were none."""
+def converted(plan, height, what="elevations"):
+    """Text on the conversions, "" if there were none; what: the values of the raster."""
     said = []
     if plan != 1.0:
         said.append(f"x and y are converted to metres ({plan:.10g} m a unit)")
     if height != 1.0:
-        said.append(f"elevations are converted to metres ({height:.10g} m a unit)")
+        said.append(f"{what} are converted to metres ({height:.10g} m a unit)")
     return "; ".join(said)
 
 

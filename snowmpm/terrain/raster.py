@@ -46,7 +46,7 @@ def read_raster(path, box=None, key="terrain.file", elevation_unit=None, quantit
     heights each by its own unit; elevation_unit: that of heights, "m", "ft" or "us-ft", instead of what the file says.
     A rotated or sheared raster is resampled. Cells with a number that stands for "none" have no value, declared or not
     (`undeclared`). A warning names each conversion. Without a system, coordinates are taken as metres. quantity: plural
-    of what the values are; those that are no elevations are not converted.
+    of what the values are; those that are no elevations are converted where the band names a length.
     InputError: unknown kind of file, unreadable, degrees or another map that is not in lengths on the ground, no data
     at all, or none inside the box.
     """
@@ -90,8 +90,7 @@ def _ascii(path, box, key, where, elevation_unit, quantity):
     system = system_beside(path)
     frame = _Frame(system, box, where)
     x, y, z = read_grid(path, key, frame.window)
-    return frame.in_metres(x, y, z, map_units.height_metres(elevation_unit, None, system, where),
-                           quantity == ELEVATIONS)
+    return frame.in_metres(x, y, z, map_units.height_metres(elevation_unit, None, system, where), quantity)
 
 
 def _geotiff(path, box, key, where, elevation_unit, quantity):
@@ -99,8 +98,10 @@ def _geotiff(path, box, key, where, elevation_unit, quantity):
         system = geotiff.system_of(source, where)
         frame = _Frame(system, box, where)
         x, y, z = geotiff.read_band(source, where, frame.window)
-        height = map_units.height_metres(elevation_unit, source.units[0], system, where)
-        raster, told = frame.in_metres(x, y, z, height, quantity == ELEVATIONS)
+        unit = source.units[0]
+        height = map_units.height_metres(elevation_unit, unit, system, where) if quantity == ELEVATIONS else \
+            map_units.length_metres(unit)
+        raster, told = frame.in_metres(x, y, z, height, quantity)
         if aside := geotiff.beside_it(path, source):
             told.append(aside)
         if source.transform.b or source.transform.d:
@@ -126,11 +127,11 @@ class _Frame:
         self.doubt = map_units.doubted(self.system, x[len(x) // 2], y[len(y) // 2])
         return tuple(_window(centres * self.metre, self.box, axis) for axis, centres in enumerate((x, y)))
 
-    def in_metres(self, x, y, z, height, elevated):
+    def in_metres(self, x, y, z, height, quantity):
         """`Raster` of what was read, without cells that only seem to hold a value, and warnings for the user."""
         system = self.system and self.system.in_metres
-        z, told = _heights(x, y, z, self.metre, height) if elevated else _without_marks(z)
-        said = map_units.converted(self.metre, height)
+        z, told = _heights(x, y, z, self.metre, height) if quantity == ELEVATIONS else _without_marks(z)
+        said = map_units.converted(self.metre, height, quantity)
         return Raster(x * self.metre, y * self.metre, z * height, system), [*told, *filter(None, (said, self.doubt))]
 
 

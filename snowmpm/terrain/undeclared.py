@@ -15,7 +15,13 @@ TORN = 1000.0, 5.0
 distance). The highest walls of the Earth are as high and less steep."""
 
 PIT = 50.0, 2.0
-"""The same for cells that are all 0, where each of their borders is such a step."""
+"""The same for cells that all hold one number, where each of their borders is such a step."""
+
+LEVEL = 4
+"""Cells of one number, other than 0, from which on they are looked at."""
+
+MOST_LEVELS = 20
+"""Numbers, of those that most cells hold, that are looked at."""
 
 
 class Undeclared(NamedTuple):
@@ -39,7 +45,8 @@ def undeclared_heights(z, distance, metre=1.0):
 
     Ground without steps beyond TORN in itself is one piece. Everything torn off the largest piece stands for "none":
     -32768, 32767 or -3.4e38 beside heights, and what interpolation made of them, with the cells beside it. So do cells
-    of 0 that lie beyond PIT of all that is around them. Pieces of one of MARKS are never the ground.
+    of 0, -1 or another number that lie beyond PIT of all that is around them: ground has no level floor with walls on
+    all sides. Pieces of one of MARKS are never the ground.
     """
     from scipy.ndimage import binary_dilation  # slow to import
 
@@ -56,7 +63,8 @@ def undeclared_heights(z, distance, metre=1.0):
     elif suspect.any() and (suspect | np.isnan(z)).all():
         found |= suspect
     left = np.where(found, np.nan, z)
-    found |= _pits(left, max(PIT[0], PIT[1] * distance) / metre)
+    for level in _levels(left):
+        found |= _pits(left, level, max(PIT[0], PIT[1] * distance) / metre)
     if not found.any():
         return None
     if len(np.unique(z[found & ~suspect & (z != 0.0)])) > 1:  # interpolated with heights, as cells beside them were
@@ -90,21 +98,28 @@ def _pieces(z, step):
     return number, len(kept)
 
 
-def _pits(z, step):
-    """Mask of the cells of 0 that are `step` [m] and more off all that borders on them."""
+def _levels(z):
+    """Numbers that several cells hold exactly, the most frequent first, and 0."""
+    values, counts = np.unique(z[np.isfinite(z)], return_counts=True)
+    often = np.argsort(-counts)[:MOST_LEVELS]
+    return dict.fromkeys([0.0, *(float(values[k]) for k in often if counts[k] >= LEVEL)])
+
+
+def _pits(z, level, step):
+    """Mask of the cells at a `level` that are `step` [m] and more off all that borders on them."""
     from scipy.ndimage import label
 
-    zero = z == 0.0
+    level_cells = z == level
     found = np.zeros(z.shape, bool)
-    if not zero.any() or not (np.abs(np.nan_to_num(z)) >= step).any():
+    if not level_cells.any() or not (np.abs(np.nan_to_num(z) - level) >= step).any():
         return found
-    number, count = label(zero)
+    number, count = label(level_cells)
     least = np.full(count + 1, np.inf)
     for axis in (0, 1):
         first = np.moveaxis(number, axis, 0)
         height = np.moveaxis(z, axis, 0)
         for inner, outer in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
             border = (first[inner] > 0) & (first[outer] == 0) & np.isfinite(height[outer])
-            np.minimum.at(least, first[inner][border], np.abs(height[outer][border]))
+            np.minimum.at(least, first[inner][border], np.abs(height[outer][border] - level))
     least[0] = 0.0
     return np.isfinite(least)[number] & (least >= step)[number]

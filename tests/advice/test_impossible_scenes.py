@@ -105,3 +105,11 @@ def test_a_density_in_grams_per_cubic_centimetre():
         said = told(bodies({"kind": "box", "min": [0.2, 0.2], "max": [1.8, 1.8]},
                            materials={"snow": {**SNOW, "density": density}}), "materials.snow.density")
         assert bool(said) == warned
+
+
+def test_what_begins_after_the_end():
+    block = {"kind": "box", "min": [0.2, 0.2], "max": [0.8, 0.8]}
+    force = {"kind": "acceleration", "value": [0.0, 1.0]}
+    for start, warned in ((0.01, False), (5.0, True)):
+        said = told(bodies(block, forces=[force | {"start": start}]), "forces.0")
+        assert bool(said) == warned and (not said or "never comes" in said[0])

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 import snowmpm
-from snowmpm.scenes import load_scene
+from snowmpm.scenes import load_scene, starts
 from snowmpm.scenes.library import FOLDER
 from snowmpm.seeding import seed_body
 from snowmpm.setup.first_scene import scene_on_ground
@@ -174,6 +174,21 @@ def test_a_thickness_is_never_invented_in_silence(call, rows, options, top, word
 def test_a_long_slope_is_pointed_to_the_depth_averaged_method(call):
     shutil.copy(FOLDER / "valley.asc", "valley.asc")
     assert "--method depth" in call("new", "path", "--terrain", "valley.asc").out
+
+
+def test_copy_brings_what_belongs_to_its_files(tmp_path):
+    """A shapefile is four files, a grid has its system beside it; names stand in quotes of either kind."""
+    folder = tmp_path / "from"
+    folder.mkdir()
+    text = (FOLDER / "avalanche_on_raster.toml").read_text()
+    assert '"valley.asc"' in text and '"valley_release.geojson"' in text
+    (folder / "path.toml").write_text(text.replace('"valley.asc"', "'valley.asc'").replace(
+        '"valley_release.geojson"', '"release.shp"'))
+    for name in ("valley.asc", "valley.prj", "release.shp", "release.DBF", "release.shx", "release.prj", "other.prj"):
+        (folder / name).write_bytes(b"of " + name.encode())
+    _, copied = starts.copy_of(folder / "path.toml", "mine", tmp_path / "to")
+    assert sorted(one.name for one in copied) == ["release.DBF", "release.prj", "release.shp", "release.shx",
+                                                  "valley.asc", "valley.prj"]
 
 
 def test_copy_of_a_library_scene_brings_its_files(call):

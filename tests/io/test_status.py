@@ -34,9 +34,9 @@ def test_a_run_at_rest_is_final(tmp_path):
     ({**REST, "removed_mass": 12.0}, True, ["12 % of the mass left the model, over an open side or the edge of the"
                                             " terrain."]),
     ({}, True, ["Whether the snow is at rest is not known: an older version wrote the file."]),
-    ({"moving_share": 0.01, "momentum_share": 0.2}, True, ["Still moving at 45 s: 1 % of the snow is faster than 1 m/s"
-                                                            " (at rest: 2 %), the momentum is 20 % of its peak (at rest:"
-                                                            " 5 %)."]),
+    ({"moving_share": 0.01, "momentum_share": 0.2}, True, [
+        "Still moving at 45 s: 1 % of the snow is faster than 1 m/s (at rest: 2 %), the momentum is 20 % of its peak"
+        " (at rest: 5 %)."]),
     ({**MOVING, "removed_mass": 50.0}, False, ["not complete", "Still moving", "50 % of the mass"]),
 ])
 def test_what_is_not_final_says_why(tmp_path, row, complete, words):

@@ -177,3 +177,31 @@ def test_a_layer_says_what_is_wrong(tmp_path, rows, words):
     with pytest.raises(InputError, match=words):
         seed_body(spec, plane, dim=3, dx=0.5, particles_per_cell=8, sampling="regular",
                   rng=np.random.default_rng(1), base_dir=tmp_path)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_the_name_as_it_is_written_comes_before_others(tmp_path):
+    path = geojson(tmp_path / "release.geojson", [{"Thickness": 5.0, "thickness": 1.0}])
+    for attribute, value in ((None, 1.0), ("thickness", 1.0), ("Thickness", 5.0)):
+        assert read_features(path, "file", None, attribute)[0].thickness == value
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_truth_and_marks_between_digits_are_no_thickness(tmp_path):
+    import shapely
+
+    assert thickness_of("1_5")[0] is None
+    pyogrio.raw.write(tmp_path / "truth.gpkg", shapely.to_wkb(shapely.polygons([np.array(SQUARES[0])])),
+                      [np.array([True])], ["thickness"], geometry_type="Polygon", driver="GPKG", crs="EPSG:32632",
+                      layer="release")
+    assert "must be a number" in read_features(tmp_path / "truth.gpkg", "file")[0].flaw
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_all_parts_of_a_collection_are_read(tmp_path):
+    import shapely
+
+    whole = shapely.GeometryCollection([shapely.MultiPolygon([shapely.Polygon(ring) for ring in SQUARES])])
+    pyogrio.raw.write(tmp_path / "all.gpkg", shapely.to_wkb(np.array([whole])), [np.array([1.0])], ["thickness"],
+                      geometry_type="Unknown", driver="GPKG", crs="EPSG:32632", layer="release")
+    assert len(read_features(tmp_path / "all.gpkg", "file")[0].parts) == 3

@@ -56,7 +56,7 @@ def test_buildings_of_a_file(ground, tmp_path):
     assert (shape.query(np.array(places))[0] < 0).tolist() == [True, False, True, False]
     second = obstacle(footprint(file="houses.geojson", part=2), ground, tmp_path).shape
     assert (second.query(np.array(places))[0] < 0).tolist() == [False, False, True, False]
-    with pytest.raises(InputError, match="part = 3: .*holds 2 areas"):
+    with pytest.raises(InputError, match=r"part = 3: .*holds 2 areas"):
         obstacle(footprint(file="houses.geojson", part=3), ground, tmp_path)
     # Of a scene, each is an obstacle with a load of its own
     (tmp_path / "scene.toml").write_text("""

@@ -38,7 +38,7 @@ def text(path, z, nodata):
 
 
 @pytest.mark.parametrize("mark", [-32768.0, -32767.0, 32767.0, -9999.0, 9999.0, -99999.0, -3.4028234663852886e38,
-                                  3.4028234663852886e38, 1e20, -1e30, 0.0, -500.0, 1e6])
+                                  3.4028234663852886e38, 1e20, -1e30, 0.0, -500.0, 1e6, -1.0, 99.0, 255.0])
 @pytest.mark.parametrize("kind", ["tif", "declared otherwise", "asc"])
 def test_gaps_of_a_mountain(tmp_path, kind, mark):
     z = mountain()
@@ -47,11 +47,8 @@ def test_gaps_of_a_mountain(tmp_path, kind, mark):
         path = text(tmp_path / "dem.asc", z, -32768 if mark == -9999.0 else -9999)
     else:
         path = written(tmp_path / "dem.tif", z, 1.0 if kind == "declared otherwise" else None)
-    if kind == "tif" and mark == -9999.0:  # what is taken where a file declares nothing
+    with pytest.warns(UserWarning, match="40 cells hold .* taken as no data"):
         raster = read_raster(path)
-    else:
-        with pytest.warns(UserWarning, match="40 cells hold .* taken as no data"):
-            raster = read_raster(path)
     assert np.isnan(raster.z[GAP]).all() and np.isnan(raster.z).sum() == 40
     assert np.nanmin(raster.z) > 2100.0
 
@@ -131,3 +128,37 @@ def test_gaps_that_failed():
         with pytest.warns(UserWarning, match="40 cells hold .* taken as no data"):
             z = read_raster(folder / name).z
         assert (np.isnan(z) == np.isnan(right)).all()
+
+
+@pytest.mark.parametrize(("kind", "mark"), [("uint8", 255), ("uint16", 65535), ("int16", -32768), ("int16", 32767)])
+def test_the_ends_of_a_scaled_band_are_no_values(tmp_path, kind, mark):
+    """0.01 m a unit: 255 would be 2.55 m of snow, 65535 would be 655 m."""
+    z = np.full((20, 20), 120)
+    z[GAP] = mark
+    path = written(tmp_path / "thickness.tif", z, dtype=kind)
+    with rasterio.open(path, "r+") as target:
+        target.scales = (0.01,)
+    with pytest.warns(UserWarning, match=f"40 cells hold {mark}: taken as no data"):
+        raster = read_raster(path, quantity="thicknesses of snow")
+    assert np.isnan(raster.z[GAP]).all() and np.nanmax(raster.z) == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("cm", 0.01), ("ft", 0.3048), ("m", 1.0), (None, 1.0), ("1", 1.0)])
+def test_the_unit_of_a_band_of_thicknesses_counts(tmp_path, unit, metres):
+    path = written(tmp_path / "thickness.tif", np.full((20, 20), 90.0), unit=unit)
+    if metres == 1.0:
+        raster = read_raster(path, quantity="thicknesses of snow")
+    else:
+        with pytest.warns(UserWarning, match="thicknesses of snow are converted to metres"):
+            raster = read_raster(path, quantity="thicknesses of snow")
+    assert raster.z == pytest.approx(90.0 * metres)
+
+
+@pytest.mark.parametrize("mark", [-1.0, -99.0, 255.0, 500.0])
+def test_gaps_of_low_mountains(tmp_path, mark):
+    """The steps to them are no higher than cliffs are, but no cliff goes all round a level floor."""
+    z = mountain(top=900.0)
+    z[GAP] = mark
+    with pytest.warns(UserWarning, match=f"40 cells hold {mark:g}, .* taken as no data"):
+        raster = read_raster(written(tmp_path / "dem.tif", z))
+    assert np.isnan(raster.z[GAP]).all() and np.isnan(raster.z).sum() == 40

@@ -30,6 +30,20 @@ def switch_that_never_comes(facts):
             yield Caution("", f"switch.{i}.when", f"never comes: {why}", "put it right, or leave the switch out")
 
 
+@rule(*METHODS)
+def begins_after_the_end(facts):
+    """What begins when the scene has ended."""
+    scene = facts.scene
+    if facts.begin > 0.0:
+        return
+    for table in ("events", "forces"):
+        for i, one in enumerate(getattr(scene, table)):
+            begin = max(one.get("start") or 0.0, one.get("time") or 0.0)
+            if begin >= scene.end_time:
+                yield Caution("", f"{table}.{i} ({one.kind})", f"never comes: it begins at {begin:g} s, and the scene"
+                              f" ends at {scene.end_time:g} s", "put it right, or leave it out")
+
+
 def _out_of_reach(model, switch, key):
     moment = Moment(switch, model.surface, model.scene.base_dir, key)
     return moment.outside(model.lower, model.upper)

@@ -47,3 +47,12 @@ def snow_surface(points, spacing, fields, flat=False, evening=EVENING):
     vertices, faces = np.asarray(mesh.mesh.vertices), np.asarray(mesh.mesh.triangles, np.int32)
     nearest = source[cKDTree(points - low).query(vertices)[1]] if len(vertices) else np.zeros(0, int)
     return (vertices + low).astype(np.float32), faces, {name: values[nearest] for name, values in fields.items()}
+
+
+def vertex_normals(points, faces):
+    """Unit normals (n, 3) float32 of vertices (n, 3): means of those of their triangles (m, 3), by area."""
+    corners = points[faces].astype(np.float64)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = np.stack([np.bincount(faces.ravel(), np.repeat(cross[:, axis], 3), len(points)) for axis in range(3)], -1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.where(length > 0.0, total / np.maximum(length, 1e-300), [0.0, 0.0, 1.0]).astype(np.float32)
