@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.render.camera import fit_camera
+from snowmpm.render.camera import FIELD_OF_VIEW, MARGINS, fit_camera
 from snowmpm.render.colour import scalar
 
 NAMES = ("auto", "top", "side", "front")
@@ -100,28 +100,47 @@ def downhill(points):
     return -slope
 
 
-def choose_camera(name, action, relief, size):
-    """Camera for a name of NAMES or "BEARING,ELEVATION" in degrees (where it stands, seen from the snow).
+@dataclass(frozen=True)
+class Stance:
+    """How a camera stands that is chosen: elevations [degrees] above the horizon that it may have, field of view of the
+    longer side [rad], margins of the picture (left, right, top, bottom), and whether all the ground is shown where that
+    costs little."""
+
+    elevations: tuple[float, ...] = (24.0, 34.0, 46.0, 60.0)
+    field_of_view: float = FIELD_OF_VIEW
+    margins: tuple[float, ...] = MARGINS
+    whole: bool = True
+
+    def fit(self, action, bearing, elevation, size):
+        """The camera from that direction [rad] that shows all of an `Action`."""
+        return fit_camera(action.points, bearing, elevation, size, margins=self.margins,
+                          field_of_view=self.field_of_view)
+
+
+def choose_camera(name, action, relief, size, stance=None):
+    """Camera for a name of NAMES or "BEARING,ELEVATION" in degrees (where it stands, seen from the snow); stance:
+    a `Stance`.
 
     auto: obliquely from the front side, the way that hides least behind the terrain and shows most.
     """
-    along = float(np.arctan2(action.direction[0], action.direction[1]))
+    along, stance = float(np.arctan2(action.direction[0], action.direction[1])), stance or Stance()
     if name == "top":
         # North up, as on a map.
         return fit_camera(action.points, np.pi, 0.5 * np.pi, size, perspective=False)
     if name == "side":
-        return fit_camera(action.points, along + 0.5 * np.pi, np.radians(12.0), size)
+        return stance.fit(action, along + 0.5 * np.pi, np.radians(12.0), size)
     if name == "front":
-        return fit_camera(action.points, along, np.radians(22.0), size)
+        return stance.fit(action, along, np.radians(22.0), size)
     if name != "auto":
         bearing, elevation = _angles(name)
-        return fit_camera(action.points, bearing, elevation, size)
+        return stance.fit(action, bearing, elevation, size)
     candidates = [
-        fit_camera(action.points, along + np.radians(side), np.radians(elevation), size)
-        for elevation in (24.0, 34.0, 46.0, 60.0)
+        stance.fit(action, along + np.radians(side), np.radians(elevation), size)
+        for elevation in stance.elevations
         for side in (52.0, -52.0, 75.0, -75.0, 28.0, -28.0)
     ]
-    return _with_ground(max(candidates, key=lambda camera: _merit(camera, action, relief, along)), action, relief)
+    best = max(candidates, key=lambda camera: _merit(camera, action, relief, along))
+    return _with_ground(best, action, relief) if stance.whole else best
 
 
 def _with_ground(camera, action, relief):

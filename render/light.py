@@ -22,19 +22,20 @@ def encode(light):
     return np.round(255.0 * np.clip(rolled, 0.0, 1.0) ** (1.0 / 2.2)).astype(np.uint8)
 
 
-def sun_direction(axes, facing):
+def sun_direction(axes, facing, behind_share=0.44, elevation=38.0):
     """Unit vector towards the sun for a camera with `axes`: from behind one of its shoulders, 38 degrees up.
 
-    facing: mean normal (3,) of what is drawn; the sun stands on the side that lights it better, left if in doubt.
+    facing: mean normal (3,) of what is drawn; the sun stands on the side that lights it better, left if in doubt;
+    behind_share: how far behind the camera, 0 beside it; elevation [degrees]
     """
     right, behind = axes[0] * [1.0, 1.0, 0.0], -axes[2] * [1.0, 1.0, 0.0]
     if np.linalg.norm(behind) < 1e-6:  # from straight above: light from the top left of the picture, as on maps
         behind = axes[1] * [1.0, 1.0, 0.0]
     right, behind = right / np.linalg.norm(right), behind / np.linalg.norm(behind)
-    height = np.radians(38.0)
+    height = np.radians(elevation)
     choices = []
     for side in (-0.90, 0.90):
-        plan = (side * right + 0.44 * behind) / np.hypot(side, 0.44)
+        plan = (side * right + behind_share * behind) / np.hypot(side, behind_share)
         choices.append(np.array([plan[0] * np.cos(height), plan[1] * np.cos(height), np.sin(height)]))
     left, right = choices
     return right if right @ facing > left @ facing + 0.1 else left

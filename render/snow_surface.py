@@ -1,4 +1,4 @@
-"""The surface of the snow as a mesh, by pysplashsurf (extra `export`).
+"""The surface of the snow as a mesh, by pysplashsurf.
 
 Marching cubes on the density of spheres around the particles (Loeschner et al. 2023, doi:10.2312/vmv.20231245).
 """
@@ -6,21 +6,11 @@ Marching cubes on the density of spheres around the particles (Loeschner et al. 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from snowmpm.errors import InputError
-
 SMOOTHING, CUBE, THRESHOLD = 2.0, 1.2, 0.6
 """Smoothing length and side of a cube, in radii of a particle, and level of the surface: as the library advises."""
 
 EVENING = 10
 """Passes of its smoothing, which leaves the volume."""
-
-
-def require_splashsurf():
-    """Raises InputError where the library is missing."""
-    try:
-        import pysplashsurf  # noqa: F401
-    except ImportError:
-        raise InputError("--surface needs the export extra: pip install 'snowmpm[export]'") from None
 
 
 def snow_surface(points, spacing, fields, flat=False, evening=EVENING):

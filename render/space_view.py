@@ -6,7 +6,7 @@ from snowmpm.render import light
 from snowmpm.render.camera_path import MOVING, path_of
 from snowmpm.render.credit import attribution
 from snowmpm.render.fracture import Cutaway, WeakLayer
-from snowmpm.render.framing import choose_camera, emptier_side, sample_action
+from snowmpm.render.framing import Stance, choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.passes import sky_of, with_alpha
@@ -21,6 +21,12 @@ from snowmpm.render.winter import snow_cover
 class SpaceView(View):
     """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
 
+    stance = Stance()
+    """Of a camera that is chosen."""
+
+    sun_at = (0.44, 38.0)
+    """How far behind the camera the sun is, and its elevation (`light.sun_direction`)."""
+
     def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None, ground="auto",
                  drawn=True, quality=None, inset="off"):
         """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
@@ -32,10 +38,10 @@ class SpaceView(View):
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
         relief = None if self.terrain is None else build_relief(self.terrain, *action.box())
         self.action, self.relief, self.as_sheet = action, relief, relief is not None
-        self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size)
+        self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size, self.stance)
         self.path = path_of(camera, self.camera, run, action.points) if camera in MOVING else path
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
-        self.sun = light.sun_direction(self.camera.axes, facing)
+        self.sun = light.sun_direction(self.camera.axes, facing, *self.sun_at)
         self.side = emptier_side(self.camera, action)
         self.cover = snow_cover(run, relief, self.spacing, ground)
         # Half of the time of a page would go into a picture of the ground that it does not show

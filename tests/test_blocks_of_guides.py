@@ -65,8 +65,6 @@ SLOW = {"micro.md", "campaigns.md"}
     pytest.param(guide, marks=[pytest.mark.slow] if guide.name in SLOW else [], id=name_of(guide)) for guide in PYTHON])
 def test_python_of_a_guide_runs(guide, run_of_a_block, capsys):
     """From top to bottom, in one program."""
-    if guide.name == "export.md":
-        pytest.importorskip("pysplashsurf")
     names = {"__name__": "__main__"}
     text = blocks(guide, "python")
     for old, new in SMALLER.get(guide.name, {}).items():

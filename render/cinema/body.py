@@ -23,7 +23,7 @@ EVENING = 4
 LUMPY = 0.45
 """Of the radius of a clod: how far its surface goes in and out."""
 
-ROUND = 0.6
+ROUND = 0.35
 """Share of a clod's own normals in those by which it is lit."""
 
 FULL, PLAIN = 80, 20

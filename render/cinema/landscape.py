@@ -18,16 +18,16 @@ GROWTH = 1.09
 FAR = 14.0
 """Extents of the action up to which there is ground."""
 
-ONWARDS = 0.5
+ONWARDS = 0.3
 """Extents of the terrain over which its slope goes on beyond its edge, until it is level."""
 
-HILLS = 0.10
+HILLS = 0.06
 """Height of made-up hills, of their distance from the edge."""
 
-RIM = 12.0
+RIM = 40.0
 """Cells along the edge of the terrain over which it passes into what is made up."""
 
-DRIFT, DRIFTS = 1.6, 0.10
+DRIFT, DRIFTS = 1.6, 0.08
 """Size of small drifts in cells of the relief, and their slope."""
 
 BRIGHTER = 1.12
@@ -72,15 +72,16 @@ def build_landscape(relief, terrain, sun, cover, coarse=1):
     height = surface.ravel()
     rise_y, rise_x = (np.gradient(surface, along, axis=axis) for axis, along in ((0, y), (1, x)))
     normals = np.stack([-rise_x, -rise_y, np.ones(shape)], axis=-1).reshape(-1, 3)
-    normals[:, :2] += DRIFTS * _drifts(np.column_stack(grid) / (DRIFT * relief.cell))
-    normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
     vertices = np.column_stack([*grid, height]).astype(np.float32)
     noise = ground_noise(vertices, relief.cell)
-    bare = bare_albedo(normals, noise)
+    even = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
+    bare = bare_albedo(even, noise)
+    normals[:, :2] += DRIFTS * (1.0 - 0.7 * made_up[:, None]) * _drifts(np.column_stack(grid) / (DRIFT * relief.cell))
+    normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
     rough = (roughness(vertices, relief.cell) - 1.0)[:, None] * (1.0 - made_up[:, None])
     covered, when = bare, np.full(len(vertices), np.inf, np.float32)
     if cover is not None:
-        covered, when = cover.over(bare, noise, normals), np.where(made_up > 0.0, np.inf, cover.when(vertices))
+        covered, when = cover.over(bare, noise, even), np.where(made_up > 0.0, np.inf, cover.when(vertices))
         covered = np.minimum(BRIGHTER * covered * (1.0 + SNOW_ROUGH * rough), 0.97)
     else:
         # Bare ground far away is dark and rough, as forest and rock are
@@ -145,10 +146,10 @@ def _evened(surface, beyond):
     """Heights (rows, columns) without a crease along the edge of the terrain, `beyond` which they are made up."""
     near = np.minimum(ndimage.distance_transform_edt(beyond), RIM) + np.minimum(ndimage.distance_transform_edt(~beyond),
                                                                                 RIM) - 1.0
-    share = np.clip(1.0 - near / RIM, 0.0, 1.0)
+    share = np.clip(1.0 - near / RIM, 0.0, 1.0) ** 2
     if not beyond.any():
         return surface
-    for width in (1.5, 4.0):
+    for width in (4.0, 12.0):
         surface = surface + share * (ndimage.gaussian_filter(surface, width, mode="nearest") - surface)
     return surface
 

@@ -17,8 +17,8 @@ from snowmpm.render import light
 
 HELP = ("--look cinematic needs OpenGL without a display: apt-get install libegl1 libgl1-mesa-dri (Debian, Ubuntu), or"
         " the like; --look diagram needs none")
-SKY_DEPTH = 0.999999
-"""Of VTK's depth buffer, from which a pixel shows none of the scene."""
+BRIGHTEST = 1.3
+"""Light that a byte can hold: what is brighter than white is rolled off at the end."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Studio:
             plotter.render()
             picture = plotter.screenshot(None, return_img=True, transparent_background=True)
             cover = picture[..., 3:].astype(np.float32) / 255.0
-            total += light.decode(picture[..., :3] / np.float32(255.0)) * cover + behind * (1.0 - cover)
+            total += BRIGHTEST * light.decode(picture[..., :3] / np.float32(255.0)) * cover + behind * (1.0 - cover)
         for _, actor, _ in actors:
             plotter.remove_actor(actor, render=False)
         return total / lens.shots
@@ -142,7 +142,9 @@ class Studio:
 
 
 def _paint(mesh, part):
-    mesh.point_data["light"] = light.encode(part.light)
+    # Without the roll-off of bright light, which is of the whole picture
+    share = np.clip(part.light / BRIGHTEST, 0.0, 1.0) ** (1.0 / 2.2)
+    mesh.point_data["light"] = np.round(255.0 * share).astype(np.uint8)
 
 
 def _aim(plotter, camera, lens, on_lens, in_pixel):

@@ -13,6 +13,7 @@ from snowmpm.render.cinema.landscape import build_landscape, sky_of
 from snowmpm.render.cinema.shade import Air, FromAbove, ground_light, snow_light, solid_light
 from snowmpm.render.cinema.studio import Lens, Part, Studio
 from snowmpm.render.crumble import few_around
+from snowmpm.render.framing import Stance
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.shadow import Shadow
 from snowmpm.render.sheet import sheet_of
@@ -30,18 +31,24 @@ OPEN = 0.5
 SLOWEST = 1.0 / 24.0
 """Time [s] between two pictures at most, for the shutter: frames that are farther apart do not blur more."""
 
-SUN_HEIGHT = np.radians(27.0)
-"""Above the horizon."""
-
 MADE_UP = 0.3
 """Haze over ground that is made up, besides that of its distance."""
 
 APERTURE = 0.0004
 """Radius of the lens, of the distance to the action: soft before and behind it, but only in close views."""
 
+CLODS = 2.0
+"""Pixels of a spacing from which on loose particles are clods; smaller ones are part of the surface."""
+
+THINNEST = 0.03
+"""Opacity of a sheet from which on it is drawn: thinner snow is that of the ground."""
+
 CREASE = np.radians(30.0)
 FINEST = 3.0
 """Longest edge of an obstacle's triangles, in cells of the relief, for the edges of shadows on it."""
+
+BESIDE = 0.05
+"""Of the sides of the picture: how far beside it the ground is still drawn, for the lens and for pixels."""
 
 MOST_FACES = 200_000
 
@@ -49,19 +56,33 @@ MOST_FACES = 200_000
 class CinemaView(SpaceView):
     """As `SpaceView`, lit like a photograph: haze, sky, depth of field, motion blur, light within the snow."""
 
+    stance = Stance((8.0, 14.0, 22.0), field_of_view=0.85, margins=(0.08, 0.08, 0.26, 0.08), whole=False)
+    sun_at = (0.1, 24.0)  # a low sun from the side: its shadows show the relief
+
     def __init__(self, run, size, color=None, camera="auto", path=None, ground="auto", quality=None):
         super().__init__(run, size, color or "snow", camera, path=path, ground=ground, drawn=False, quality=quality)
         if self.relief is None:
             raise InputError.at("look", "cinematic", f"is of runs with ground; {run.path} has none")
-        # A low sun: its shadows show the relief
-        plan = self.sun[:2] / np.linalg.norm(self.sun[:2])
-        self.sun = np.array([*(np.cos(SUN_HEIGHT) * plan), np.sin(SUN_HEIGHT)])
         self.studio = Studio()
         self.lens_shots = 1 if self.quality.coarse > 1 else SHOTS
 
     @cached_property
     def landscape(self):
         return build_landscape(self.relief, self.terrain, self.sun, self.cover, self.quality.coarse)
+
+    @cached_property
+    def _seen_faces(self):
+        """Triangles of the landscape before a camera that stands still."""
+        x, y, depth = self.camera.project(self.landscape.vertices)
+        width, height = self.size
+        corners = [part[self.landscape.faces] for part in (x, y, depth)]
+        aside = np.zeros(len(self.landscape.faces), bool)
+        for part, most in zip(corners[:2], (width, height), strict=True):
+            aside |= (part < -BESIDE * most).all(axis=1) | (part > (1.0 + BESIDE) * most).all(axis=1)
+        behind = (corners[2] <= 0.0).all(axis=1) if self.camera.perspective else np.zeros(len(aside), bool)
+        # Of what reaches behind the camera, the places on the picture mean nothing
+        across = (corners[2] <= 0.0).any(axis=1) & self.camera.perspective
+        return self.landscape.faces[~behind & (across | ~aside)]
 
     @cached_property
     def _reference(self):
@@ -85,8 +106,9 @@ class CinemaView(SpaceView):
         body, albedo, points, radius = self._snow(i, seen)
         shadow, above = Shadow.of(points, radius, self.sun), FromAbove.of(self.relief, points, radius)
         land = self.landscape
+        faces = land.faces if self.path is not None else self._seen_faces
         bare = self._swept(time, points, radius)
-        parts = {"ground": Part(land.vertices, land.faces,
+        parts = {"ground": Part(land.vertices, faces,
                                 air.before(ground_light(land, self.sun, shadow, above, bare), land.vertices,
                                            MADE_UP * land.made_up))}
         passing = [Part(body.vertices, body.faces, air.before(snow_light(body, albedo, self.sun, shadow, above),
@@ -123,7 +145,7 @@ class CinemaView(SpaceView):
         if "depth" in frame.fields:
             return self._flow(frame.fields["depth"][good].ravel(), points, velocity, spacing, colours)
         pixels = spacing * float(np.median(camera.pixels_per_metre(camera.project(points)[2])))
-        loose = few_around(points, spacing)
+        loose = few_around(points, spacing) & (pixels > CLODS)
         known = identity is not None and self._reference is not None
         reference = self._reference[identity] if known else points
         if known:  # The edges of a block that has not moved are no rubble
@@ -142,7 +164,7 @@ class CinemaView(SpaceView):
             places, cell = piled(points, depth, spacing)[0], spacing
         else:
             places, cell, shade = sheet
-            places = places[shade[:, 3] > 0.3]
+            places = places[shade[:, 3] > THINNEST]
         body = snow_body(places, np.zeros_like(places), cell, places)
         return body, self._albedo(body, points, colours), places, BALL * cell
 

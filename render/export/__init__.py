@@ -18,7 +18,7 @@ def export_run(run: Run, folder: PathLike, kind: str, *, surface: bool = False, 
     """Write a run for other programs into a folder; -> the paths written.
 
     kind      "usd": one file for all times; "ply": a binary file a frame; "gltf": a .glb file a frame
-    surface   the surface of the snow as a mesh, instead of its particles (extra `export`)
+    surface   the surface of the snow as a mesh, instead of its particles
     fields    of the snow; by default all that the run holds, but none on a surface in USD
     every     takes every n-th frame
     speed     simulated seconds in a second of film;  fps: pictures a second, of USD

@@ -10,7 +10,7 @@ import trimesh
 from snowmpm.errors import InputError
 from snowmpm.render.floor import ground_of
 from snowmpm.render.run_film import view_of
-from snowmpm.render.snow_surface import require_splashsurf, snow_surface
+from snowmpm.render.snow_surface import snow_surface
 from snowmpm.render.upright import turned
 from snowmpm.render.view import particle_spacing, piled
 
@@ -48,8 +48,6 @@ class Sequence:
     def __init__(self, run, *, surface=False, fields=None, every=1, speed=1.0, fps=25.0, film=None):
         if not len(run):
             raise InputError(f"{run.path}: no frames yet")
-        if surface:
-            require_splashsurf()
         for name in fields or ():
             if name not in run.field_names:
                 raise InputError.not_in("--fields", name, run.field_names, file=run.path)

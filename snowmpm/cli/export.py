@@ -32,7 +32,7 @@ Fields = Annotated[str | None, typer.Option(metavar="A,B", help="Fields of the s
 
 def export(run: RunPath, output: Folder = None, kind: As = Kind.ply,
            surface: Annotated[bool, typer.Option("--surface", help="The surface of the snow as a mesh, instead of its"
-                                                                   " particles (extra `export`).")] = False,
+                                                                   " particles.")] = False,
            fields: Fields = None,
            every: Annotated[int, typer.Option(metavar="N", help="Every n-th frame only.")] = 1,
            speed: Annotated[float, typer.Option(metavar="X", help="Simulated seconds in a second of film.")] = 1.0,

@@ -283,7 +283,6 @@ def test_a_section_becomes_a_strip(section, tmp_path):
 
 def test_the_surface_is_closed_around_the_snow(tmp_path):
     """A block of particles: a mesh without holes, as large as the block."""
-    pytest.importorskip("pysplashsurf")
     from snowmpm.io import RunWriter
 
     spacing = 0.1
