@@ -18,21 +18,21 @@ LOOSE = 90
 """Particles in three cells each way around one below which it is loose; 96 at the edge of a block, of 216."""
 
 
-def few_around(points, spacing):
-    """Which particles (n,) have fewer than LOOSE in the cube of three cells, each two spacings wide, around them."""
+def few_around(points, spacing, least=LOOSE):
+    """Which particles (n,) have fewer than `least` in the cube of three cells, each two spacings wide, around them."""
     cell = np.floor((points - points.min(axis=0, initial=np.inf)) / (2.0 * spacing)).astype(np.int64).clip(0, 1 << 20)
     strides = np.array([1 << 42, 1 << 21, 1], np.int64)
     keys, place, counts = np.unique(cell @ strides, return_inverse=True, return_counts=True)
     # Most cells hold as many by themselves: only the others look around
-    few = np.flatnonzero(counts < LOOSE)
-    total = np.full(len(keys), LOOSE, np.int64)
+    few = np.flatnonzero(counts < least)
+    total = np.full(len(keys), least, np.int64)
     total[few] = 0
     for step in np.stack(np.meshgrid(*[(-1, 0, 1)] * 3), axis=-1).reshape(-1, 3):
         there = keys[few] + step @ strides
         at = np.searchsorted(keys, there).clip(0, len(keys) - 1)
         total[few] += np.where(keys[at] == there, counts[at], 0)
-        few = few[total[few] < LOOSE]
-    return (total < LOOSE)[place]
+        few = few[total[few] < least]
+    return (total < least)[place]
 
 
 def crumbled(points, spacing, loose, *others):

@@ -4,6 +4,7 @@ Marching cubes on the density of spheres around the particles (Loeschner et al. 
 """
 
 import numpy as np
+from scipy import sparse
 from scipy.spatial import cKDTree
 
 SMOOTHING, CUBE, THRESHOLD = 2.0, 1.2, 0.6
@@ -46,3 +47,11 @@ def vertex_normals(points, faces):
     total = np.stack([np.bincount(faces.ravel(), np.repeat(cross[:, axis], 3), len(points)) for axis in range(3)], -1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.where(length > 0.0, total / np.maximum(length, 1e-300), [0.0, 0.0, 1.0]).astype(np.float32)
+
+
+def neighbour_means(faces, n):
+    """Sparse matrix (n, n) that gives each of n vertices the mean of those it shares an edge of faces (m, 3) with."""
+    a = np.concatenate([faces[:, k] for k in (0, 1, 2, 1, 2, 0)])
+    b = np.concatenate([faces[:, k] for k in (1, 2, 0, 0, 1, 2)])
+    edges = sparse.csr_matrix((np.ones(len(a), np.float32), (a, b)), shape=(n, n))
+    return sparse.diags(1.0 / np.maximum(np.asarray(edges.sum(axis=1)).ravel(), 1.0)).astype(np.float32) @ edges

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from snowmpm.render.crumble import crumbled
 from snowmpm.render.snow import BALL
-from snowmpm.render.snow_surface import snow_surface, vertex_normals
+from snowmpm.render.snow_surface import neighbour_means, snow_surface, vertex_normals
 
 RELIEF = ((1.6, 0.30), (0.7, 0.18), (0.35, 0.09))
 """Sizes of the relief and its heights, in spacings of the particles: what the grid of the run does not resolve."""
@@ -19,6 +19,9 @@ SHAPES = 6
 
 EVENING = 4
 """Passes in which the surface is smoothed: enough against the lattice of the particles, not so many that it melts."""
+
+EVENED = 3
+"""Passes in which the fine relief is evened out along the edges of the surface."""
 
 LUMPY = 0.45
 """Of the radius of a clod: how far its surface goes in and out."""
@@ -77,6 +80,10 @@ def snow_body(points, velocity, spacing, reference=None, loose=None):
     if reference is not None:
         place = reference[nearest] + (vertices - points[nearest])
         height = sum(weight * spacing * noise(place / (size * spacing)) for size, weight in RELIEF)
+        # Beside each other lie particles from different places, and their noise would stand up like hair
+        mean = neighbour_means(faces, len(vertices))
+        for _ in range(EVENED):
+            height = 0.5 * (height + mean @ height)
         vertices = (vertices + height[:, None] * normals).astype(np.float32)
         normals = vertex_normals(vertices, faces)
     return Body(vertices, faces, normals, velocity[nearest], np.full(len(vertices), LIFT * spacing))

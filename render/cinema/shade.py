@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, sparse
+from scipy import ndimage
 
 from snowmpm.render import light
 from snowmpm.render.cinema.landscape import HAZE
+from snowmpm.render.snow_surface import neighbour_means
 
 SNOW_SOFT = 0.30
 """How far round the edge of its shade the sun lights snow (`light.illuminate`)."""
@@ -104,11 +105,7 @@ def illuminate(normals, sun, softness, sunlight, openness):
 
 def through(lit, faces):
     """Light (n, 3) at vertices after it went on in the snow below, along the edges of faces (m, 3)."""
-    n = len(lit)
-    a = np.concatenate([faces[:, k] for k in (0, 1, 2, 1, 2, 0)])
-    b = np.concatenate([faces[:, k] for k in (1, 2, 0, 0, 1, 2)])
-    edges = sparse.csr_matrix((np.ones(len(a), np.float32), (a, b)), shape=(n, n))
-    mean = sparse.diags(1.0 / np.maximum(np.asarray(edges.sum(axis=1)).ravel(), 1.0)).astype(np.float32) @ edges
+    mean = neighbour_means(faces, len(lit))
     for _ in range(PASSES):
         lit = lit + SPREAD * (mean @ lit - lit)
     return lit.astype(np.float32)

@@ -40,6 +40,9 @@ APERTURE = 0.0004
 CLODS = 2.0
 """Pixels of a spacing from which on loose particles are clods; smaller ones are part of the surface."""
 
+FEW = 40
+"""Particles around one below which it is a clod by itself (`few_around`): fewer than at the edge of a heap."""
+
 THINNEST = 0.03
 """Opacity of a sheet from which on it is drawn: thinner snow is that of the ground."""
 
@@ -145,7 +148,7 @@ class CinemaView(SpaceView):
         if "depth" in frame.fields:
             return self._flow(frame.fields["depth"][good].ravel(), points, velocity, spacing, colours)
         pixels = spacing * float(np.median(camera.pixels_per_metre(camera.project(points)[2])))
-        loose = few_around(points, spacing) & (pixels > CLODS)
+        loose = few_around(points, spacing, FEW) & (pixels > CLODS)
         known = identity is not None and self._reference is not None
         reference = self._reference[identity] if known else points
         if known:  # The edges of a block that has not moved are no rubble
