@@ -7,6 +7,7 @@
 """
 
 import argparse
+import os
 import sys
 import time as clock
 from pathlib import Path
@@ -75,6 +76,8 @@ def main(words):
         bpy.ops.wm.save_as_mainfile(filepath=str(chosen.blend.resolve()))
     bpy.ops.render.render(write_still=chosen.output.suffix == ".png", animation=chosen.output.suffix == ".mp4")
     print(f"{chosen.output}: {clock.perf_counter() - begun:.1f} s")
+    sys.stdout.flush()
+    os._exit(0)  # Blender as a module may crash when Python takes it down
 
 
 if __name__ == "__main__":

@@ -69,8 +69,8 @@ class RunFile:
                 raise ValueError(f"{self.path}: is not a run of snowmpm ({error})") from None
             if self.dimension != 3:
                 raise ValueError(f"{self.path}: a section; the add-on opens runs in three dimensions")
-            ground = h5.get("terrain")
-            self.ground = None if ground is None else (ground["vertices"][:], ground["facets"][:])
+            ground = h5.get("terrain", {})
+            self.ground = (ground["vertices"][:], ground["facets"][:]) if "vertices" in ground else None
             self.solids = {name: Solid(*(one[key][:] for key in ("vertices", "facets", "rotation", "translation")))
                            for name, one in h5.get("obstacles", {}).items()}
         if not len(self.times) or not self._counts.any():

@@ -53,7 +53,7 @@ def open_run(folder, *, draw=(nodes.SURFACE, nodes.CLODS), speed=1.0, fps=24.0, 
         stage.add_ground(run, collection)
         stage.add_solids(run, collection, lambda time: time / speed * fps)
         size = (scene.render.resolution_x, scene.render.resolution_y)
-        stage.add_light(stage.add_camera(run, collection, size), collection)
+        stage.add_light(run, stage.add_camera(run, collection, size), collection)
     refresh(scene)
     listen()
     return mesh

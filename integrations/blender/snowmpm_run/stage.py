@@ -6,10 +6,10 @@ from mathutils import Matrix, Vector
 
 from . import nodes
 
-SUN, SKY = 4.0, 0.5
+SUN, SKY = 4.0, 0.45
 """Strength of the sun [W/m2] and of the sky."""
 
-FIELD_OF_VIEW = 0.5
+FIELD_OF_VIEW = 0.7
 """Of the camera, along the longer side [rad]."""
 
 
@@ -51,10 +51,9 @@ def add_camera(run, collection, size):
     points = run.action()
     low, high = np.quantile(points, [0.002, 0.998], axis=0)
     points = points[((points >= low) & (points <= high)).all(axis=1)]
-    plan = np.column_stack([points[:, :2] - points[:, :2].mean(axis=0), np.ones(len(points))])
-    way = -np.linalg.lstsq(plan, points[:, 2], rcond=None)[0][:2]
+    way = downhill(points)
     bearing = np.arctan2(way[0], way[1]) + np.radians(52.0)
-    elevation = np.radians(24.0)
+    elevation = np.radians(16.0)
     out = np.array([np.sin(bearing) * np.cos(elevation), np.cos(bearing) * np.cos(elevation), np.sin(elevation)])
     right = np.array([-np.cos(bearing), np.sin(bearing), 0.0])
     axes = np.stack([right, np.cross(out, right), out])
@@ -74,11 +73,20 @@ def add_camera(run, collection, size):
     return camera
 
 
-def add_light(camera, collection):
-    """The sun over one shoulder of the camera, 30 degrees up, and a sky that is brighter at the horizon."""
-    towards = np.array(camera.matrix_world.col[2][:2])
-    angle = np.arctan2(towards[0], towards[1]) + np.radians(65.0)
-    height = np.radians(30.0)
+def downhill(points):
+    """Unit vector (2,) in plan along which places (n, 3) lie lower."""
+    plan = np.column_stack([points[:, :2] - points[:, :2].mean(axis=0), np.ones(len(points))])
+    way = -np.linalg.lstsq(plan, points[:, 2], rcond=None)[0][:2]
+    return way / max(float(np.linalg.norm(way)), 1e-9)
+
+
+def add_light(run, camera, collection):
+    """The sun from that side of the camera that lights the slope better, 24 degrees up, and a sky that is brighter at
+    the horizon; below it, haze, into which the edge of the terrain fades."""
+    towards, way = np.array(camera.matrix_world.col[2][:2]), downhill(run.action())
+    height = np.radians(24.0)
+    choices = [np.arctan2(towards[0], towards[1]) + np.radians(side) for side in (100.0, -100.0)]
+    angle = max(choices, key=lambda one: float(way @ [np.sin(one), np.cos(one)]))
     sun = Vector((np.sin(angle) * np.cos(height), np.cos(angle) * np.cos(height), np.sin(height)))
     data = bpy.data.lights.new("sun", "SUN")
     data.energy, data.angle, data.color = SUN, np.radians(0.53), (1.0, 0.94, 0.84)
@@ -93,8 +101,8 @@ def add_light(camera, collection):
                                                       "ShaderNodeValToRGB"))
     links.new(place.outputs["Generated"], parts.inputs[0])
     links.new(parts.outputs["Z"], ramp.inputs["Fac"])
-    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.75, 0.83, 0.92, 1), (0.12, 0.27, 0.55, 1)
-    ramp.color_ramp.elements[1].position = 0.7
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.80, 0.86, 0.93, 1), (0.12, 0.27, 0.55, 1)
+    ramp.color_ramp.elements[1].position = 0.6
     background = tree["Background"]
     background.inputs["Strength"].default_value = SKY
     links.new(ramp.outputs["Color"], background.inputs["Color"])
