@@ -11,6 +11,7 @@ from snowmpm.render.compare_plot import ComparedRun, Comparison, render_comparis
 from snowmpm.render.compression_plot import render_compression
 from snowmpm.render.element_plot import ElementCurves, render_element
 from snowmpm.render.history_plot import render_history
+from snowmpm.render.line_plot import render_line
 from snowmpm.render.map_film import render_before_after, render_map_film
 from snowmpm.render.pair import render_pair
 from snowmpm.render.peak_map import render_map
@@ -35,6 +36,6 @@ PLOTS: dict[str, Callable[[Run, Path], Path]] = {
 
 __all__ = ["PLOTS", "ComparedRun", "ComparedSawTest", "Comparison", "ElementCurves", "SlipPicture", "StrengthCurve",
            "notes_of", "render_before_after", "render_comparison", "render_compression", "render_element",
-           "render_history", "render_map", "render_map_film", "render_page", "render_pair", "render_report",
-           "render_run", "render_saw_test", "render_saw_tests", "render_stills", "render_strength", "render_strip",
-           "render_thalweg", "render_thalweg_time"]
+           "render_history", "render_line", "render_map", "render_map_film", "render_page", "render_pair",
+           "render_report", "render_run", "render_saw_test", "render_saw_tests", "render_stills", "render_strength",
+           "render_strip", "render_thalweg", "render_thalweg_time"]

@@ -12,6 +12,8 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render.camera_path import CameraPath
 from snowmpm.render.cinema.view import CinemaView
+from snowmpm.render.field_view import LOOKS as FIELD_LOOKS
+from snowmpm.render.field_view import FieldView
 from snowmpm.render.film import PICTURES, open_film, output_kind
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.passes import checked_pass
@@ -27,7 +29,7 @@ from snowmpm.stages import stage
 
 PREPARING = "choosing colours and camera, lighting the ground"
 SIZES = (64, 8192)
-LOOKS = ("diagram", "cinematic")
+LOOKS = ("diagram", "cinematic", *FIELD_LOOKS)
 
 
 def render_run(
@@ -35,7 +37,7 @@ def render_run(
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
     progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
     camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full",
-    inset: str = "auto", look: str = "diagram"
+    inset: str = "auto", look: str = "diagram", at: str | None = None
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -61,8 +63,10 @@ def render_run(
                where snow moves on a slope
     quality    "full", or "preview": a fifth of the time, with a third of the pixels each way and, in 3-D, a quarter of
                the particles, for a look at time, colours and camera
-    look       "diagram", or "cinematic", in 3-D: snow without colours by default, no words, sun, haze, motion blur and
-               depth of field, drawn by PyVista with OpenGL (`cinema`)
+    look       "diagram"; or by PyVista with OpenGL, in 3-D: "cinematic", snow without colours by default, no words,
+               sun, haze, motion blur and depth of field (`cinema`); a field within the snow on a "slice", or its
+               velocity as "arrows" or "streamlines" (`field_view`)
+    at         place of a slice, "x=12", "y=..." or "z=..." in the scene's coordinates [m]
     The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
     unknown field or camera, another ending of `output`.
     """
@@ -70,12 +74,12 @@ def render_run(
     timing = timing or Timing(fps)
     size = checked_wishes(output, size, time, timing, run)
     checked_pass(layer, output_kind(output), run.dimension)
-    if look == "cinematic" and layer != "picture":
+    if look != "diagram" and layer != "picture":
         raise InputError.at("look", look, f'goes without pass = "{layer}", which is of diagrams')
     if quality != "full" and layer != "picture":
         raise InputError.at("quality", quality, f'goes without pass = "{layer}", which is for compositing')
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality, look=look,
+        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality, look=look, at=at,
                        inset="off" if inset in WISHES and (plain or layer != "picture") else inset)
     view.plain, view.layer_drawn = plain or look == "cinematic", layer
     return write_pictures(view, run.times, output, time, timing, progress)
@@ -131,7 +135,7 @@ def check_drawable(run):
 
 
 def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto", drawn=True,
-            quality="full", inset="auto", look="diagram"):
+            quality="full", inset="auto", look="diagram", at=None):
     """The view of a run whose `picture(i)` draws its frame i; drawn False: with its colours and camera, but without
     pictures; other arguments and errors as of `render_run`."""
     check_drawable(run)
@@ -141,7 +145,9 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
         raise InputError.not_in("inset", inset, WISHES)
     if look not in LOOKS:
         raise InputError.not_in("look", look, LOOKS)
-    if look == "cinematic" and run.dimension == 2:
+    if at is not None and look != "slice":
+        raise InputError.at("at", at, 'goes with look = "slice" only')
+    if look != "diagram" and run.dimension == 2:
         raise InputError.at("look", look, "is of runs in three dimensions; a section is a diagram")
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
@@ -155,9 +161,11 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
             raise InputError.not_in("ground", ground, GROUNDS)
         return SectionView(run, size, color, camera or "auto", quality=quality, inset=inset)
     path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
+    if look != "diagram" and cutaway:
+        raise InputError.at("look", look, "goes without a cutaway, which is of diagrams")
+    if look in FIELD_LOOKS:
+        return FieldView(run, size, look, color, camera or "auto", path=path, at=at, quality=quality)
     if look == "cinematic":
-        if cutaway:
-            raise InputError.at("look", look, "goes without a cutaway, which is of diagrams")
         return CinemaView(run, size, color, camera or "auto", path=path, ground=ground, quality=quality)
     return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn,
                      quality=quality, inset=inset if drawn else "off")

@@ -69,7 +69,9 @@ def _halton(k):
 class Studio:
     """One plotter in a thread of its own, since a context of OpenGL belongs to the thread that made it."""
 
-    def __init__(self):
+    def __init__(self, lit=False):
+        """lit: by the lamps of VTK, for `draw`."""
+        self._lit = lit
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._plotter, self._lasting = None, {}
         self._guard = threading.Lock()
@@ -81,6 +83,22 @@ class Studio:
         picture alone; behind (height, width, 3): the sky. Raises InputError where there is no OpenGL.
         """
         return self._thread.submit(self._shoot, lasting, passing, camera, lens, behind).result()
+
+    def draw(self, add, camera, behind):
+        """(height, width, 3) in linear light of what `add(plotter)` adds, as a `Camera` sees it, before `behind`."""
+        return self._thread.submit(self._draw, add, camera, behind).result()
+
+    def _draw(self, add, camera, behind):
+        plotter = self._ready(camera.size)
+        add(plotter)
+        low, high = np.reshape(plotter.renderer.bounds, (3, 2)).T
+        _aim(plotter, camera, Lens(focus=max(float((0.5 * (low + high) - camera.eye) @ camera.axes[2]), 1e-3)),
+             np.zeros(2), np.zeros(2))
+        plotter.render()
+        picture = plotter.screenshot(None, return_img=True, transparent_background=True)
+        plotter.clear_actors()
+        cover = picture[..., 3:].astype(np.float32) / 255.0
+        return light.decode(picture[..., :3] / np.float32(255.0)) * cover + behind * (1.0 - cover)
 
     def _shoot(self, lasting, passing, camera, lens, behind):
         plotter = self._ready(camera.size)
@@ -116,8 +134,9 @@ class Studio:
             import pyvista as pv
 
             try:
-                self._plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
-                self._plotter.render_window.SetMultiSamples(0)
+                self._plotter = pv.Plotter(off_screen=True, window_size=list(size),
+                                           lighting="light kit" if self._lit else "none")
+                self._plotter.render_window.SetMultiSamples(4 if self._lit else 0)
                 self._plotter.show(auto_close=False)
             except Exception as error:
                 raise InputError(f"{HELP} ({error})") from None

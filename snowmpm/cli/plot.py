@@ -6,7 +6,9 @@ from typing import Annotated
 import typer
 
 from snowmpm import overwriting
+from snowmpm.cli import completion
 from snowmpm.cli.options import RunPath
+from snowmpm.errors import InputError
 from snowmpm.stages import stage
 
 Output = Annotated[
@@ -26,7 +28,20 @@ ThalwegTime = Annotated[
 ]
 
 
-def plot(run: RunPath, output: Output = None, compression: Compression = False, thalweg_time: ThalwegTime = False):
+Line = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z:X,Y,Z", help="A field along the line between two places of a run in 3-D"
+                                                         " instead, in the scene's coordinates; RUN/line.png and .csv.")
+]
+
+Field = Annotated[
+    str, typer.Option("--color", metavar="FIELD", help="Of --line.", autocompletion=completion.fields)
+]
+
+Time = Annotated[float | None, typer.Option(metavar="T", help="Of --line, in seconds; the last frame by default.")]
+
+
+def plot(run: RunPath, output: Output = None, compression: Compression = False, thalweg_time: ThalwegTime = False,
+         line: Line = None, color: Field = "velocity", time: Time = None):
     """Plot the history of a run: front, speed, energies, time step, loads on obstacles.
 
     For a propagation saw test, a second plot (with -o the only one) shows the crack in space and time, its speed and
@@ -42,10 +57,26 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False, 
             from snowmpm.render import render_thalweg_time
 
             written = [render_thalweg_time(opened, output or opened.path.with_name("thalweg_time.png"))]
+        elif line is not None:
+            from snowmpm.render import render_line
+
+            target = output or opened.path.with_name("line.png")
+            overwriting.guard(target, target.with_suffix(".csv"))
+            written = render_line(opened, target, *_ends(line), field="velocity" if color == "speed" else color,
+                                  time=time)
         else:
             written = _draw(opened, output, compression)
     for path in written:
         print(path)
+
+
+def _ends(line):
+    """Two places of text such as "0,0,10:5,0,10"."""
+    try:
+        begin, end = ([float(number) for number in place.split(",")] for place in line.split(":"))
+    except ValueError:
+        raise InputError(f"--line {line}: must be two places, X,Y,Z:X,Y,Z") from None
+    return begin, end
 
 
 def _draw(opened, output, compression):

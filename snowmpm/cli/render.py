@@ -101,9 +101,13 @@ def render(
                           " where the camera shows less than a quarter of it; in 2-D, where the view is close.")
     ] = "auto",
     look: Annotated[
-        str, typer.Option(metavar="NAME", help='"diagram", or "cinematic": snow in the sun, haze, motion blur, no'
-                          " words; of runs in 3-D; needs OpenGL.")
+        str, typer.Option(metavar="NAME", help='"diagram"; of runs in 3-D, with OpenGL: "cinematic", snow in the sun,'
+                          ' haze, motion blur, no words; "slice", "arrows" or "streamlines" within the snow.')
     ] = "diagram",
+    at: Annotated[
+        str | None, typer.Option(metavar="PLACE", help='Of a slice: "x=12", "y=..." or "z=...", in the scene\'s'
+                                 " coordinates.")
+    ] = None,
     layer: Annotated[
         str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
                           ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
@@ -137,7 +141,8 @@ def render(
                   "--camera-path": camera_path, "--pass": layer if layer != "picture" else None,
                   "--ground": ground if ground != "auto" else None,
                   "--quality": quality if quality != "full" else None, "--stills": stills,
-                  "--inset": inset if inset != "auto" else None, "--look": look if look != "diagram" else None}
+                  "--inset": inset if inset != "auto" else None, "--look": look if look != "diagram" else None,
+                  "--at": at}
         _draw_page(opened, output, color, camera, quiet, others)
         return
     if stills is not None:
@@ -146,7 +151,7 @@ def render(
         _refuse(others, "a sheet of stills")
         draw(opened, output or opened.path.with_name("stills.jpg"), quiet, count=stills, size=shape, begin=begin,
              end=end, color=color, camera=camera, cutaway=cutaway, ground=ground, quality=quality, inset=inset,
-             look=look)
+             look=look, at=at)
         return
     if beside:
         second = Run(beside)
@@ -158,10 +163,10 @@ def render(
                "plain": plain}
     alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None,
              "ground": ground if ground != "auto" else None, "quality": quality if quality != "full" else None,
-             "inset": inset if inset != "auto" else None, "look": look if look != "diagram" else None}
+             "inset": inset if inset != "auto" else None, "look": look if look != "diagram" else None, "at": at}
     if second and any(alone.values()):
-        raise InputError("--camera-path, --ground, --inset, --look, --pass and --quality: not with two runs side by"
-                         " side")
+        raise InputError("--at, --camera-path, --ground, --inset, --look, --pass and --quality: not with two runs side"
+                         " by side")
     choices |= {name: value for name, value in alone.items() if value is not None}
     draw(opened, target, quiet, second, **choices)
 

@@ -123,8 +123,8 @@ def blender():
     def call(text, folder):
         head = f"import sys, json, bpy\nsys.path.insert(0, {str(ADDON)!r})\n"
         tail = "\nsys.stdout.flush(); import os; os._exit(0)"  # Blender may crash when Python takes it down
-        done = subprocess.run([python, "-c", head + text + tail], capture_output=True, text=True, cwd=folder, timeout=600,
-                              env={**os.environ, "PYTHONPATH": ""})
+        done = subprocess.run([python, "-c", head + text + tail], capture_output=True, text=True, cwd=folder,
+                              timeout=600, env={**os.environ, "PYTHONPATH": ""})
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
         return json.loads(done.stdout.strip().splitlines()[-1])
 
