@@ -195,7 +195,7 @@ class Footprint(Shape):
     """An upright solid over an area in plan, such as a building, from below the ground to a flat top (3-D)."""
 
     REGISTRIES: ClassVar = (OBSTACLES,)
-    EXAMPLES: ClassVar = {"file": "buildings.shp", "polygon": [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0]]}
+    EXAMPLES: ClassVar = {"file": "buildings.shp", "part": 2, "polygon": [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0]]}
     DIMENSION: ClassVar = 3
     SOLID: ClassVar = "snowmpm.solids.footprint:footprint"
     ON_GROUND: ClassVar = True
