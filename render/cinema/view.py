@@ -88,15 +88,17 @@ class CinemaView(SpaceView):
         return self.landscape.faces[~behind & (across | ~aside)]
 
     @cached_property
-    def _reference(self):
-        """Where particles were at first (n, 3), by number; None where they have none."""
-        if "id" not in self.run.field_names:
-            return None
-        first = next(i for i in range(len(self.run)) if self.run.n_points(i))
-        frame = self.run.frame(first, ["id"])
-        places = np.zeros((int(frame.fields["id"].max()) + 1, 3), np.float32)
-        places[frame.fields["id"]] = frame.points
-        return places
+    def _at_first(self):
+        """(numbers (n,), ascending, places (n, 3)) of the particles in the first frame that has any."""
+        frame = self.run.frame(next(i for i in range(len(self.run)) if self.run.n_points(i)), ["id"])
+        order = np.argsort(frame.fields["id"], kind="stable")
+        return frame.fields["id"][order], frame.points[order]
+
+    def _reference(self, points, identity):
+        """Where particles (n, 3) with numbers (n,) were at first; where they are, for those that came later."""
+        numbers, places = self._at_first
+        at = np.searchsorted(numbers, identity).clip(0, len(numbers) - 1)
+        return np.where((numbers[at] == identity)[:, None], places[at], points)
 
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
@@ -149,8 +151,8 @@ class CinemaView(SpaceView):
             return self._flow(frame.fields["depth"][good].ravel(), points, velocity, spacing, colours)
         pixels = spacing * float(np.median(camera.pixels_per_metre(camera.project(points)[2])))
         loose = few_around(points, spacing, FEW) & (pixels > CLODS)
-        known = identity is not None and self._reference is not None
-        reference = self._reference[identity] if known else points
+        known = identity is not None
+        reference = self._reference(points, identity) if known else points
         if known:  # The edges of a block that has not moved are no rubble
             loose &= np.linalg.norm(points - reference, axis=1) > spacing
         bodies = [snow_body(points, velocity, spacing, reference, loose)]
