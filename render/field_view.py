@@ -73,7 +73,8 @@ class FieldView(SpaceView):
 
         def add(plotter):
             self._add_ground(plotter, solid, camera)
-            getattr(self, f"_add_{self.look}")(plotter, grid)
+            {"slice": self._add_slice, "arrows": self._add_arrows, "streamlines": self._add_streamlines}[self.look](
+                plotter, grid)
 
         picture = light.encode(self._studio.draw(add, seen, light.sky(seen.size)))
         overlay = Overlay(self.quality.enlarged(picture, camera.size))

@@ -26,11 +26,11 @@ def render_line(run: Run, output: PathLike, begin: Sequence[float], end: Sequenc
     InputError for a run in two dimensions, an unknown field, and a line without length.
     """
     check_ending(output)
-    begin, end = (np.asarray(place, float) for place in (begin, end))
-    if begin.shape != (3,) or end.shape != (3,) or not np.isfinite([begin, end]).all() or np.allclose(begin, end):
+    first, last = np.asarray(begin, float), np.asarray(end, float)
+    if first.shape != (3,) or last.shape != (3,) or not np.isfinite([first, last]).all() or np.allclose(first, last):
         raise InputError("--line: must be two places x,y,z apart from each other")
     i = len(run) - 1 if time is None else nearest_frame(run, time)
-    distance, values = along_line(run, i, field, begin - run.origin, end - run.origin)
+    distance, values = along_line(run, i, field, first - run.origin, last - run.origin)
     if not np.isfinite(values).any():
         raise InputError(f"--line: no snow along it at {run.times[i]:g} s")
     unit = run.units.get(field, "")

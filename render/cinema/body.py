@@ -57,12 +57,11 @@ class Body:
         for body in bodies:
             faces.append(body.faces + count)
             count += len(body.vertices)
-        nothing = np.zeros((0, 3))
-        vertices, normals, velocity = (
-            np.concatenate([nothing, *(getattr(body, name) for body in bodies)]).astype(np.float32)
-            for name in ("vertices", "normals", "velocity"))
-        lift = np.concatenate([nothing[:, 0], *(body.lift for body in bodies)]).astype(np.float32)
-        return cls(vertices, np.concatenate(faces).astype(np.int32), normals, velocity, lift)
+        rows = [np.zeros((0, 10)), *(np.column_stack([body.vertices, body.normals, body.velocity, body.lift])
+                                     for body in bodies)]
+        vertices, normals, velocity, lift = np.split(np.concatenate(rows).astype(np.float32), (3, 6, 9), axis=1)
+        faces = np.concatenate(faces).astype(np.int32)
+        return cls(np.ascontiguousarray(vertices), faces, normals, velocity, lift[:, 0])
 
 
 def snow_body(points, velocity, spacing, reference=None, loose=None):

@@ -11,7 +11,7 @@ from snowmpm.errors import InputError
 from snowmpm.render.floor import ground_of
 from snowmpm.render.run_film import view_of
 from snowmpm.render.snow_surface import snow_surface
-from snowmpm.render.upright import turned
+from snowmpm.render.upright import UprightRun, turned
 from snowmpm.render.view import particle_spacing, piled
 
 IDENTITY = "id"
@@ -129,7 +129,7 @@ class Sequence:
     @property
     def turn(self):
         """(3, 3) from the frame of the run to that of its film, z up; None where they are the same."""
-        return getattr(self.view.run, "turn", None)
+        return self.view.run.turn if isinstance(self.view.run, UprightRun) else None
 
     def upright(self, points):
         """Places (n, 3) of the run in the frame of its film."""

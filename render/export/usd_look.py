@@ -9,6 +9,7 @@ from snowmpm.draft import draft
 from snowmpm.render import light
 from snowmpm.render.ground import plan_colours
 from snowmpm.render.run_film import nearest_frame
+from snowmpm.render.section_view import SectionView
 
 MATERIALS = {"snow": ((0.90, 0.93, 0.97), 0.75), "ground": ((0.30, 0.28, 0.26), 0.95),
              "obstacle": ((0.15, 0.21, 0.37), 0.6)}
@@ -118,7 +119,7 @@ class Look:
         sun.CreateIntensityAttr(SUN)
         sun.CreateAngleAttr(DISC)
         sun.CreateColorAttr(Gf.Vec3f(*(light.SUN / light.SUN.max()).tolist()))
-        out = getattr(self._sequence.view, "sun", SECTION_SUN)
+        out = SECTION_SUN if isinstance(self._sequence.view, SectionView) else self._sequence.view.sun
         right = np.cross([0.0, 1.0, 0.0] if abs(out[1]) < 0.9 else [1.0, 0.0, 0.0], out)
         right /= np.linalg.norm(right)
         sun.MakeMatrixXform().Set(_placed(np.stack([right, np.cross(out, right), out]), np.zeros(3)))
@@ -165,19 +166,19 @@ class Look:
 
 def moves(view):
     """Whether the camera of a film does."""
-    return view.track.close if hasattr(view, "track") else view.path is not None
+    return view.track.close if isinstance(view, SectionView) else view.path is not None
 
 
 def camera_at(view, time):
     """`Camera` of a film at a time [s] of the run."""
-    if hasattr(view, "track"):
+    if isinstance(view, SectionView):
         return view.track.camera(nearest_frame(view.run, time))
     return view.camera if view.path is None else view.path.camera(time, view.size)
 
 
 def corners(view):
     """(lower, upper) corner (3,) [m] of what happens in a film."""
-    if hasattr(view, "track"):
+    if isinstance(view, SectionView):
         (x, z), (far, top) = view.track.low, view.track.high
         return np.array([x, 0.0, z]), np.array([far, 0.0, top])
     return view.action.points.min(axis=0).astype(float), view.action.points.max(axis=0).astype(float)

@@ -8,7 +8,7 @@ import pytest
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter, Terrain
 from snowmpm.render import light
-from snowmpm.render.ground import _albedo
+from snowmpm.render.ground import bare_albedo
 from snowmpm.render.relief import build_relief
 from snowmpm.render.run_film import view_of
 from snowmpm.render.winter import COVER, SnowCover, snow_cover
@@ -81,7 +81,7 @@ def test_snow_lies_on_slopes_and_not_on_faces(cover):
     slopes = np.radians([0.0, 30.0, 38.0, 65.0, 80.0])
     normal = np.column_stack([np.sin(slopes), np.zeros(5), np.cos(slopes)])
     grain = np.full(5, 0.5)
-    bare = _albedo(normal, grain)
+    bare = bare_albedo(normal, grain)
     covered = cover.over(bare.copy(), grain, normal)
     assert np.allclose(covered[:3], COVER) and np.allclose(covered[3:], bare[3:])
 

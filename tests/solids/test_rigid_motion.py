@@ -130,8 +130,8 @@ def test_a_table_in_space_turns_about_any_axis(tmp_path):
         ("time,x,x\n0,0,0\n1,0,0\n", "column x: twice"),
         ("time\n0\n1\n", "needs a column time and at least one of"),
         ("x,z\n0,0\n1,1\n", "needs a column time"),
-        ("time,x\n0,0\n1,nan\n", "line 3: must be 2 finite numbers"),
-        ("time,x\n0,0\n1\n", "line 3: must be 2 finite numbers"),
+        ("time,x\n0,0\n1,nan\n", "line 3: '1,nan': must be 2 finite numbers"),
+        ("time,x\n0,0\n1\n", "line 3: '1': must be 2 finite numbers"),
         ("time,x\n0,0\n\n1,0\n1,0\n", "line 5: time = 1: must be after 1"),
     ],
 )

@@ -36,8 +36,8 @@ def begins_after_the_end(facts):
     scene = facts.scene
     if facts.begin > 0.0:
         return
-    for table in ("events", "forces"):
-        for i, one in enumerate(getattr(scene, table)):
+    for table, items in (("events", scene.events), ("forces", scene.forces)):
+        for i, one in enumerate(items):
             begin = max(one.get("start") or 0.0, one.get("time") or 0.0)
             if begin >= scene.end_time:
                 yield Caution("", f"{table}.{i} ({one.kind})", f"never comes: it begins at {begin:g} s, and the scene"
