@@ -6,7 +6,7 @@ pixel (accumulation buffer: Haeberli and Akeley 1990, doi:10.1145/97880.97913).
 """
 
 import os
-import threading
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -74,7 +74,6 @@ class Studio:
         self._lit = lit
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._plotter, self._lasting = None, {}
-        self._guard = threading.Lock()
 
     def shoot(self, lasting, passing, camera, lens, behind):
         """(height, width, 3) in linear light of the parts as a `Camera` sees them through a `Lens`.
@@ -129,7 +128,7 @@ class Studio:
         """The plotter at a size [px]."""
         if self._plotter is None:
             # VTK looks for an X server first, and says so at length where there is none
-            if not os.environ.get("DISPLAY"):
+            if sys.platform == "linux" and not os.environ.get("DISPLAY"):
                 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
             import pyvista as pv
 
