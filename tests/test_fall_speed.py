@@ -10,6 +10,7 @@ from snowmpm.errors import SimulationError
 from snowmpm.running.fall import EXCESS, fall_speed
 from snowmpm.scenes import Scene
 from snowmpm.setup.build import build
+from snowmpm.stepping.abilities import course
 
 SCENE = {
     "name": "pit", "dimension": 3, "end_time": 40.0, "output": {"interval": 10.0},
@@ -55,3 +56,25 @@ def test_even_ground_is_far_from_it(scene):
 @pytest.mark.parametrize("gravity", [{"value": 9.81, "ramp": 1.0}, [1.0, 0.0, -9.81]])
 def test_what_is_driven_has_no_bound(scene, gravity):
     assert fall_speed(build(scene(0.0, solver={"method": "mpm", "dx": 1.0}, gravity=gravity))) == math.inf
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_snow_below_all_ground_has_no_fall_and_no_fault(scene):
+    box = {"kind": "box", "min": [60.0, 60.0, 10.0], "max": [80.0, 80.0, 30.0]}
+    made = scene(0.0, solver={"method": "mpm", "dx": 5.0},
+                 bodies=[{"name": "low", "material": "snow", "shape": box}])
+    assert math.isfinite(fall_speed(build(made)))
+
+
+@pytest.mark.parametrize("card", ["samos_at_medium", "samos_at_large"])
+def test_no_block_that_foretells_a_run_is_faster_than_its_fall(scene, card):
+    """Steps over several bends of rough ground would give it energy."""
+    made = scene(0.0, terrain=SCENE["terrain"] | {"friction": {"card": card}})
+    x = np.tile(10.0 * np.arange(60), (30, 1))
+    rough = 1000.0 - np.tan(np.radians(35.0)) * np.minimum(x, 300.0) + 8.0 * np.sin(x / 15.0)
+    with open("dem.asc", "w") as file:
+        file.write("ncols 60\nnrows 30\nxllcorner 0\nyllcorner 0\ncellsize 10\n"
+                   + "\n".join(" ".join(f"{v:.2f}" for v in row) for row in rough))
+    model = build(made)
+    blocks = course(model.solver(), 100.0, 10.0)
+    assert 10.0 < blocks.speed < fall_speed(model)  # 61.7 m/s; 153 and 8770 before

@@ -50,3 +50,22 @@ def test_a_unit_of_a_plugin_stands_for_itself(tmp_path):
     with pytest.raises(InputError, match="must be kg/s"):
         read_number_table(path, {"time": "s", "flux": "kg/s"})
     assert all(1.0 in factors.values() for factors in UNITS.values())
+
+
+@pytest.mark.parametrize("head", ["time, x [m", "time, x [m]/1000", "time, x [cm] [m]"])
+def test_brackets_hold_a_unit_and_no_more(tmp_path, head):
+    (tmp_path / "t.csv").write_text(f"{head}\n0, 1\n1, 1\n")
+    with pytest.raises(InputError, match=r"column x: .*must be a unit in brackets"):
+        read_motion_table("t.csv", tmp_path, 2)
+
+
+@pytest.mark.parametrize("text", ["Time;x\n0;1,5\n1;2,5\n", "time;x\n0;1\n1;2\n"])
+def test_semicolons_are_named(tmp_path, text):
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(InputError, match="save the table with commas"):
+        read_motion_table("t.csv", tmp_path, 2)
+
+
+def test_heads_in_capitals_are_read(tmp_path):
+    (tmp_path / "t.csv").write_text("Time,X\n0,1\n1,2\n")
+    assert read_motion_table("t.csv", tmp_path, 2)[1][1, 0] == 2.0
