@@ -76,7 +76,7 @@ class FieldView(SpaceView):
             {"slice": self._add_slice, "arrows": self._add_arrows, "streamlines": self._add_streamlines}[self.look](
                 plotter, grid)
 
-        picture = light.encode(self._studio.draw(add, seen, light.sky(seen.size)))
+        picture = self._studio.draw(add, seen, light.encode(light.sky(seen.size)))
         overlay = Overlay(self.quality.enlarged(picture, camera.size))
         if not self.plain:
             self._legend(overlay, time, self.side)

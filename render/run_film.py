@@ -39,7 +39,7 @@ def render_run(
     camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full",
     inset: str = "auto", look: str = "diagram", at: str | None = None
 ) -> Path:
-    """Draw a run; needs no display and no graphics library. Returns the path written.
+    """Draw a run without a display; looks other than "diagram" need OpenGL. Returns the path written.
 
     run_path   folder or file of the run, or a `snowmpm.io.Run`
     output     .mp4 or .gif: every frame of the run at `fps`, or those of `timing`; a folder: the same as PNGs; .png:

@@ -7,15 +7,15 @@ import trimesh
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from snowmpm.render.crumble import crumbled
+from snowmpm.render.crumble import CRUMBS, crumbled
 from snowmpm.render.snow import BALL
 from snowmpm.render.snow_surface import neighbour_means, snow_surface, vertex_normals
 
 RELIEF = ((1.6, 0.30), (0.7, 0.18), (0.35, 0.09))
 """Sizes of the relief and its heights, in spacings of the particles: what the grid of the run does not resolve."""
 
-SHAPES = 6
-"""Different clods."""
+SHAPES, TURNS = 7, 101
+"""Different clods, and ways in which they lie."""
 
 EVENING = 4
 """Passes in which the surface is smoothed: enough against the lattice of the particles, not so many that it melts."""
@@ -102,10 +102,13 @@ def clods(points, velocity, spacing, identity, size_px):
     pieces, sizes, *rest = crumbled(points, spacing, np.ones(len(points), bool), identity, velocity)
     fine = size_px > 6.0 and len(pieces) * FULL <= FACES
     most = FACES // (FULL if fine else PLAIN)
-    some = slice(None, None, max(1, -(-len(pieces) // most)))
-    pieces, sizes, speeds = pieces[some], 0.5 * sizes[some], rest[1][some]
+    # By the number of its particle, so that a clod looks the same whichever others there are
+    of = np.repeat(np.arange(len(points)), CRUMBS) if identity is None else rest[0]
+    number = of.astype(np.int64) * CRUMBS + np.tile(np.arange(CRUMBS), len(points))
+    some = number % max(1, -(-len(pieces) // most)) == 0
+    pieces, sizes, speeds, number = pieces[some], 0.5 * sizes[some], rest[1][some], number[some]
     shapes = [_lump(k, 1 if fine else 0) for k in range(SHAPES)]
-    kind, turn = np.arange(len(pieces)) % SHAPES, _turns(len(pieces))
+    kind, turn = number % SHAPES, _turns(TURNS)[number % TURNS]
     found = []
     for k, (corners, faces, normals) in enumerate(shapes):
         own = np.flatnonzero(kind == k)
@@ -131,7 +134,7 @@ def _lump(k, fineness):
 
 
 def _turns(n):
-    """Rotations (n, 3, 3), the same for the same n: from unit quaternions."""
+    """Rotations (n, 3, 3), the same in every frame: from unit quaternions."""
     q = np.random.default_rng(23).normal(size=(n, 4))
     w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
     return np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),

@@ -23,16 +23,13 @@ BRIGHTEST = 1.3
 
 @dataclass(frozen=True)
 class Part:
-    """Triangles: vertices (n, 3) [m], faces (m, 3), light (n, 3), linear; velocity (n, 3) [m/s] or None at rest.
-
-    texture: (picture (rows, columns, 3) uint8, places on it (n, 2)) that multiplies the light, or None.
-    """
+    """Triangles: vertices (n, 3) [m], faces (m, 3), light (n, 3), linear; velocity (n, 3) [m/s] or None at
+    rest."""
 
     vertices: np.ndarray
     faces: np.ndarray
     light: np.ndarray
     velocity: np.ndarray | None = None
-    texture: tuple[np.ndarray, np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -84,7 +81,8 @@ class Studio:
         return self._thread.submit(self._shoot, lasting, passing, camera, lens, behind).result()
 
     def draw(self, add, camera, behind):
-        """(height, width, 3) in linear light of what `add(plotter)` adds, as a `Camera` sees it, before `behind`."""
+        """(height, width, 3) uint8 of what `add(plotter)` adds, with its colours as they are, as a `Camera` sees it,
+        before `behind` (height, width, 3) uint8."""
         return self._thread.submit(self._draw, add, camera, behind).result()
 
     def _draw(self, add, camera, behind):
@@ -97,7 +95,7 @@ class Studio:
         picture = plotter.screenshot(None, return_img=True, transparent_background=True)
         plotter.clear_actors()
         cover = picture[..., 3:].astype(np.float32) / 255.0
-        return light.decode(picture[..., :3] / np.float32(255.0)) * cover + behind * (1.0 - cover)
+        return np.round(picture[..., :3] * cover + behind * (1.0 - cover)).astype(np.uint8)
 
     def _shoot(self, lasting, passing, camera, lens, behind):
         plotter = self._ready(camera.size)
@@ -149,13 +147,8 @@ class Studio:
         mesh = pv.PolyData.from_regular_faces(np.ascontiguousarray(part.vertices, np.float32),
                                               np.ascontiguousarray(part.faces))
         _paint(mesh, part)
-        texture = None
-        if part.texture is not None:
-            picture, places = part.texture
-            mesh.active_texture_coordinates = places
-            texture = pv.Texture(picture)
-        actor = plotter.add_mesh(mesh, scalars="light", rgb=True, lighting=False, texture=texture, render=False,
-                                 show_scalar_bar=False, copy_mesh=False, reset_camera=False)
+        actor = plotter.add_mesh(mesh, scalars="light", rgb=True, lighting=False, render=False, show_scalar_bar=False,
+                                 copy_mesh=False, reset_camera=False)
         return mesh, actor
 
 

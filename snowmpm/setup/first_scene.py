@@ -79,7 +79,7 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
     if thickness is None and own is None and release is not None:
         warnings.warn(f"thickness: {thick:.4g} m is an assumption{assumed}; --thickness gives another", stacklevel=2)
     told.append(f"thickness: {thick:.4g} m" + (
-        (", from the file, in the mean" if own is not None else ", an assumption" + (
+        (", from the file (mean over the area)" if own is not None else ", an assumption" + (
             "" if release is not None else "; --thickness gives another"))
         if thickness is None else f", in place of {own:.4g} m of the file" if own is not None else ""))
     if not in_plan and length > LONG * thick:
@@ -121,17 +121,16 @@ def _interval(end):
 
 
 def _given_thickness(polygons, release, thickness):
-    """Mean thickness [m] that a file gives, None where it gives none, and why some have none. Raises InputError where
-    some polygons have one and others do not, or a value is none, unless another thickness [m] is given."""
-    given = [polygon.thickness for polygon in polygons if polygon.thickness is not None]
+    """Thickness [m] that a file gives, the mean over its area, None where it gives none, and why some have none.
+    Raises InputError where some polygons have one and others do not, or a value is none, unless another thickness [m]
+    is given."""
+    given = [(polygon.area(), polygon.thickness) for polygon in polygons if polygon.thickness is not None]
     flaw = next((polygon.flaw for polygon in polygons if polygon.thickness is None), "")
     if thickness is None and flaw and not flaw.startswith(ABSENT):
-        others = f"; others have {', '.join(f'{value:g}' for value in given[:3])} m" if given else ""
+        others = f"; others have {', '.join(f'{value:g}' for _, value in given[:3])} m" if given else ""
         raise InputError(f"--release {release}: {flaw}{others}: complete the file, or give --thickness for all")
-    area = sum(polygon.area() for polygon in polygons if polygon.thickness is not None)
-    mean = sum(polygon.area() * polygon.thickness for polygon in polygons if polygon.thickness is not None) / area \
-        if given else None
-    return mean, flaw and f": {release.name} {flaw}"
+    areas, thicknesses = zip(*given, strict=True) if given else ((), ())
+    return float(np.average(thicknesses, weights=areas)) if given else None, flaw and f": {release.name} {flaw}"
 
 
 def _stretch(surface, polygons):

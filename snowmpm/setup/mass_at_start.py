@@ -25,13 +25,6 @@ MOST_NAMED = 3
 HEIGHTS = 8
 """Places up a column of a depth-averaged flow."""
 
-TORN = 0.15
-"""Difference between the volume that a mesh encloses and that of its particles, from which on its surface is doubted:
-fine particles come within 2 %."""
-
-MANY = 200
-"""Particles of a mesh from which on this is known."""
-
 
 def mass_doubts(model) -> Iterator[Doubt]:
     """`Doubt`s about bodies of a `Model` that share a place, or lie below the ground."""
@@ -39,8 +32,6 @@ def mass_doubts(model) -> Iterator[Doubt]:
               if not components.carried(model.scene, body)]
     if model.surface is not None:
         yield from _buried(model, bodies)
-    for filled in bodies:
-        yield from _torn(filled)
     measure = "m3" if model.scene.dimension == 3 else "m2"
     shared = []
     for one, other in _neighbours(bodies):
@@ -70,7 +61,7 @@ class _Filled:
         if len(positions) > SAMPLE:  # the same ones for the same scene
             chosen = np.random.default_rng(0).choice(len(positions), SAMPLE, replace=False)
             positions, volumes = positions[chosen], volumes[chosen]
-        self.margin, self.count = NEAR * self.spacing, ends[i + 1] - ends[i]
+        self.margin = NEAR * self.spacing
         if model.scene.solver.in_plan and len(positions):
             positions, volumes = self._along_columns(positions, volumes)
         self.positions, self.weights = positions, volumes / max(volumes.sum(), 1e-300)
@@ -156,16 +147,3 @@ def _buried(model, bodies):
         if share > LEAST:
             yield Doubt(f"bodies.{filled.i} ({filled.body.name})", f"{share:.0%} of it lies below the ground, where the"
                         " ground pushes it out at once", "put it on the ground, or cut it there")
-
-
-def _torn(filled):
-    """A mesh whose surface crosses itself, or faces inwards in part: it encloses another volume than it holds."""
-    if filled.body.shape.kind != "mesh" or filled.count < MANY:
-        return
-    dim = filled.model.scene.dimension
-    held = filled.count * filled.spacing**dim
-    if abs(filled.volume / held - 1.0) > TORN:
-        yield Doubt(f"bodies.{filled.i} ({filled.body.name})", f"its surface encloses {filled.volume:.3g} m3, and its"
-                    f" particles fill {held:.3g} m3: it crosses itself, or faces inwards in part",
-                    "mend the mesh (Blender: Mesh > Normals > Recalculate Outside; a boolean union)")
-

@@ -7,6 +7,7 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
 from snowmpm.seeding.polygons import Polygons
+from snowmpm.seeding.region_files import read_features
 from snowmpm.seeding.regions import read_regions
 from snowmpm.solids.shape import _of_surface
 
@@ -23,12 +24,14 @@ def footprint(spec, dim, base_dir, key, ground):
     if ground is None:
         raise InputError.at(f"{key}.kind", spec.kind, "needs a [terrain] to stand on")
     if spec.file is not None:
-        regions = read_regions(existing(spec.file, base_dir, f"{key}.file"), f"{key}.file", ground.system)
-        label, areas = f"{key}.file = {str(spec.file)!r}", [region.polygons for region in regions]
-        if spec.part is not None:
-            if spec.part > len(areas):
-                raise InputError.at(f"{key}.part", spec.part, f"{spec.file} holds {len(areas)} areas")
-            areas = areas[spec.part - 1 : spec.part]
+        path, label = existing(spec.file, base_dir, f"{key}.file"), f"{key}.file = {str(spec.file)!r}"
+        if spec.part is None:
+            areas = [region.polygons for region in read_regions(path, f"{key}.file", ground.system)]
+        else:  # whole, also where others overlap it
+            found = read_features(path, f"{key}.file", ground.system)
+            if spec.part > len(found):
+                raise InputError.at(f"{key}.part", spec.part, f"{spec.file} holds {len(found)} areas")
+            areas = [Polygons.of(found[spec.part - 1].parts, label)]
     else:
         label, areas = f"{key}.polygon", [Polygons.of([[spec.polygon]], f"{key}.polygon")]
     vertices, facets, first = [], [], 0

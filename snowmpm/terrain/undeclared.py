@@ -18,7 +18,7 @@ PIT = 50.0, 2.0
 """The same for cells that all hold one number, where each of their borders is such a step."""
 
 LEVEL = 4
-"""Cells of one number, other than 0, from which on they are looked at."""
+"""Steps beside cells of one number, other than 0, from which on they are looked at."""
 
 MOST_LEVELS = 20
 """Numbers, of those that most cells hold, that are looked at."""
@@ -63,8 +63,9 @@ def undeclared_heights(z, distance, metre=1.0):
     elif suspect.any() and (suspect | np.isnan(z)).all():
         found |= suspect
     left = np.where(found, np.nan, z)
-    for level in _levels(left):
-        found |= _pits(left, level, max(PIT[0], PIT[1] * distance) / metre)
+    wall = max(PIT[0], PIT[1] * distance) / metre
+    for level in _levels(left, wall):
+        found |= _pits(left, level, wall)
     if not found.any():
         return None
     if len(np.unique(z[found & ~suspect & (z != 0.0)])) > 1:  # interpolated with heights, as cells beside them were
@@ -98,11 +99,16 @@ def _pieces(z, step):
     return number, len(kept)
 
 
-def _levels(z):
-    """Numbers that several cells hold exactly, the most frequent first, and 0."""
-    values, counts = np.unique(z[np.isfinite(z)], return_counts=True)
+def _levels(z, wall):
+    """Numbers that several cells beside a step of at least `wall` hold exactly, the most frequent first, and 0."""
+    beside = []
+    for axis in (0, 1):
+        height = np.moveaxis(z, axis, 0)
+        steep = np.abs(np.diff(height, axis=0)) >= wall
+        beside += [height[:-1][steep], height[1:][steep]]
+    values, counts = np.unique(np.concatenate(beside), return_counts=True)
     often = np.argsort(-counts)[:MOST_LEVELS]
-    return dict.fromkeys([0.0, *(float(values[k]) for k in often if counts[k] >= LEVEL)])
+    return dict.fromkeys([0.0, *(float(values[k]) for k in often if counts[k] >= LEVEL)] if len(values) else [])
 
 
 def _pits(z, level, step):

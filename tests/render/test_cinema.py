@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import synthetic_runs
+from scipy.spatial import cKDTree
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
@@ -100,6 +101,10 @@ def test_clods_stay_with_their_particles():
     assert moved.vertices - first.vertices == pytest.approx(np.tile([1.0, 0.0, 0.0], (len(first.vertices), 1)),
                                                             abs=1e-5)
     assert np.array_equal(first.faces, moved.faces) and first.faces.max() < len(first.vertices)
+    # and look the same where others are gone
+    fewer = clods(points[::2], rest[::2], 0.1, identity[::2], 20.0)
+    assert len(fewer.vertices) == len(first.vertices) // 2
+    assert cKDTree(first.vertices).query(fewer.vertices)[0].max() < 1e-6
     assert not len(snow_body(points, rest, 0.1, loose=np.ones(50, bool)).vertices)
 
 

@@ -56,6 +56,14 @@ def test_buildings_of_a_file(ground, tmp_path):
     assert (shape.query(np.array(places))[0] < 0).tolist() == [True, False, True, False]
     second = obstacle(footprint(file="houses.geojson", part=2), ground, tmp_path).shape
     assert (second.query(np.array(places))[0] < 0).tolist() == [False, False, True, False]
+    # Houses that touch or overlap stay whole, and keep their numbers
+    inner = [[6.0, 11.0], [8.0, 11.0], [8.0, 13.0], [6.0, 13.0], [6.0, 11.0]]
+    covered = [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+               for ring in (rings[0], inner, rings[1])]
+    (tmp_path / "over.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": covered}))
+    volumes = [obstacle(footprint(file="over.geojson", part=n), ground, tmp_path).shape.surface.volume()
+               for n in (1, 2, 3)]
+    assert volumes == pytest.approx([a * (d * TAN + 8.0 + BELOW) for a, d in ((48.0, 8.0), (4.0, 2.0), (48.0, 8.0))])
     with pytest.raises(InputError, match=r"part = 3: .*holds 2 areas"):
         obstacle(footprint(file="houses.geojson", part=3), ground, tmp_path)
     # Of a scene, each is an obstacle with a load of its own

@@ -63,5 +63,5 @@ def light_material(facts):
     for name, material in facts.scene.materials.items():
         density = material.get("density")
         if name in used and facts.begin == 0.0 and density is not None and density < LIGHTEST:
-            yield Caution("", f"materials.{name}.density", f"{density:g} kg/m3 is lighter than any snow",
+            yield Caution("", f"materials.{name}.density", f"{density:g} kg/m3 is lighter than any snow on the ground",
                           "densities are in kg/m3: snow has 30 to 600")
