@@ -52,18 +52,23 @@ class Shells:
                 self.signs = [-sign for sign in self.signs]
         reach = [0.01 * float((part.upper - part.lower).max()) for part in self.parts]
         self._fields = [DistanceField(part, reach=far) for part, far in zip(self.parts, reach, strict=True)]
-        if -1 in self.signs:
-            self.signs = [sign if sign > 0 or self.contains(part.vertices).any() else 1
-                          for part, sign in zip(self.parts, self.signs, strict=True)]
+        # A shell that lies in none that holds snow is no cavity, whichever way it faces
+        holding = [max(sign, 0) for sign in self.signs]
+        self.signs = [sign if sign > 0 or (self._depth(part.vertices, holding) > 0).any() else 1
+                      for part, sign in zip(self.parts, self.signs, strict=True)]
 
     def contains(self, points):
         """Whether each point (n, 3) is inside (n,)."""
+        return self._depth(points, self.signs) > 0
+
+    def _depth(self, points, signs):
+        """Sum (n,) of the signs of the shells that each point (n, 3) lies in."""
         depth = np.zeros(len(points), int)
-        for part, sign, field in zip(self.parts, self.signs, self._fields, strict=True):
+        for part, sign, field in zip(self.parts, signs, self._fields, strict=True):
             near = ((points >= part.lower) & (points <= part.upper)).all(axis=1)
             if near.any():
                 depth[near] += sign * (field.query(points[near])[0] < 0)
-        return depth > 0
+        return depth
 
     def facets(self):
         """Corners (n, 3, 3) of all facets, which face away from the snow."""
