@@ -10,6 +10,7 @@ import typer
 from snowmpm import overwriting
 from snowmpm.cli.options import Quiet, RunPath
 from snowmpm.cli.render import Camera, CameraFile, Size, pixels
+from snowmpm.errors import InputError
 
 BLENDER = 24.0
 """Pictures a second of a new file of Blender, which does not read the rate of a USD file."""
@@ -46,6 +47,9 @@ def export(run: RunPath, output: Folder = None, kind: As = Kind.ply,
     origin, which the files name.
     """
     shape = pixels(size)
+    if kind is not Kind.usd and (given := [name for name, value in (
+            ("--camera", camera), ("--camera-path", camera_path)) if value is not None]):
+        raise InputError(f"{', '.join(given)}: goes with --as usd, which alone holds a camera")
     from snowmpm.io import Run
     from snowmpm.render.export import export_run
 

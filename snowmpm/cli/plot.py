@@ -34,14 +34,15 @@ Line = Annotated[
 ]
 
 Field = Annotated[
-    str, typer.Option("--color", metavar="FIELD", help="Of --line.", autocompletion=completion.fields)
+    str | None, typer.Option("--color", metavar="FIELD", help="Of --line; its speed by default.",
+                             autocompletion=completion.fields)
 ]
 
 Time = Annotated[float | None, typer.Option(metavar="T", help="Of --line, in seconds; the last frame by default.")]
 
 
 def plot(run: RunPath, output: Output = None, compression: Compression = False, thalweg_time: ThalwegTime = False,
-         line: Line = None, color: Field = "velocity", time: Time = None):
+         line: Line = None, color: Field = None, time: Time = None):
     """Plot the history of a run: front, speed, energies, time step, loads on obstacles.
 
     For a propagation saw test, a second plot (with -o the only one) shows the crack in space and time, its speed and
@@ -51,6 +52,8 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False, 
     from snowmpm.io import Run
 
     opened = Run(run)
+    if line is None and (color is not None or time is not None):
+        raise InputError("--color and --time go with --line")
     overwriting.guard(*([output] if output else []))
     with stage("drawing"):
         if thalweg_time:
@@ -62,7 +65,7 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False, 
 
             target = output or opened.path.with_name("line.png")
             overwriting.guard(target, target.with_suffix(".csv"))
-            written = render_line(opened, target, *_ends(line), field="velocity" if color == "speed" else color,
+            written = render_line(opened, target, *_ends(line), field="velocity" if color in (None, "speed") else color,
                                   time=time)
         else:
             written = _draw(opened, output, compression)

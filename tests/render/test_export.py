@@ -1,6 +1,8 @@
 """What `snowmpm export` writes, read again by other libraries: trimesh (PLY, glTF) and USD's own."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -304,3 +306,12 @@ def test_bad_wishes(space, tmp_path):
         with pytest.raises(InputError, match=said):
             export_run(space, tmp_path / "none", **options)
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("words", [("export", "--as", "ply", "--camera", "top"), ("plot", "--color", "density"),
+                                   ("plot", "--time", "1")])
+def test_options_that_would_do_nothing_are_refused(space, tmp_path, words):
+    command, *rest = words
+    done = subprocess.run([sys.executable, "-m", "snowmpm", command, str(space.path), "-o", str(tmp_path / "out.png"),
+                           *rest], capture_output=True, text=True)
+    assert done.returncode == 2 and rest[-2] in done.stderr and not list(tmp_path.iterdir())
