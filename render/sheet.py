@@ -1,5 +1,7 @@
 """Columns of snow as one sheet over the ground, thin where the flow is thin, instead of as single columns."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import ndimage
 
@@ -27,13 +29,27 @@ REACH = 6.0
 """Spacings around the columns that snow can be spread to."""
 
 
-def sheet_of(points, depth, spacing, colours, ground):
-    """A depth-averaged flow as points of a sheet.
+@dataclass(frozen=True)
+class Sheet:
+    """A depth-averaged flow on a raster of `cell` [m]: its places (row, column), x, y, height of the ground and depth
+    (n,) [m], colours (n, 3) in linear light, opacity (n,)."""
+
+    cell: float
+    row: np.ndarray
+    column: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    ground: np.ndarray
+    depth: np.ndarray
+    colours: np.ndarray
+    opacity: np.ndarray
+
+
+def sheet_raster(points, depth, spacing, colours, ground, finest=FINE):
+    """The `Sheet` of a flow; None where the columns lie too far apart for a sheet of MOST places.
 
     points (n, 3): columns at half their depth (n,) [m], about `spacing` [m] apart; colours (n, 3) in linear light
-    ground(x, y): its height [m], -inf where there is none
-    -> points (m, 3) from the ground to the surface, their distance [m], colours (m, 4) with their opacity; None where
-    the columns lie too far apart for a sheet of MOST places
+    ground(x, y): its height [m], -inf where there is none; finest: places for one column, each way, at most
 
     A column counts around it by a quadratic B-spline of three spacings in plan, which add up to one where columns lie
     on a lattice. Where they are denser the mean is taken; where they are sparser, they are spread more widely, and the
@@ -41,7 +57,7 @@ def sheet_of(points, depth, spacing, colours, ground):
     """
     low = points[:, :2].min(axis=0) - REACH * spacing
     extent = points[:, :2].max(axis=0) + REACH * spacing - low
-    fine = next((fine for fine in (FINE, 1) if np.prod(np.ceil(fine * extent / spacing) + 1.0) <= MOST), None)
+    fine = next((fine for fine in (finest, 1) if np.prod(np.ceil(fine * extent / spacing) + 1.0) <= MOST), None)
     if fine is None:
         return None
     cell = spacing / fine
@@ -67,18 +83,30 @@ def sheet_of(points, depth, spacing, colours, ground):
     covered = np.flatnonzero(sums[:, 0] > 1e-3)
     share, total, red_green_blue, weight, base = np.split(sums[covered], (1, 2, 5, 6), axis=1)
     found = (total / np.maximum(share, 1.0))[:, 0]
-    x, y = low[0] + cell * (covered // shape[1]), low[1] + cell * (covered % shape[1])
+    row, column = covered // shape[1], covered % shape[1]
+    x, y = low[0] + cell * row, low[1] + cell * column
     height = ground(x, y)
     height = np.where(np.isfinite(height), height, (base / share)[:, 0])
     opacity = np.clip(found / (THIN * spacing), 0.0, 1.0)
-    levels = np.arange(0, int(np.ceil(found.max(initial=0.0) / cell)) + 1)
-    up, which = (part.ravel() for part in np.meshgrid(levels, np.arange(len(found)), indexing="ij"))
-    inside = (up * cell < found[which]) & (opacity[which] > 0.02)
+    return Sheet(cell, row, column, x, y, height, found, red_green_blue / weight, opacity)
+
+
+def sheet_of(points, depth, spacing, colours, ground):
+    """`sheet_points` of a flow; None and arguments as of `sheet_raster`."""
+    sheet = sheet_raster(points, depth, spacing, colours, ground)
+    return None if sheet is None else sheet_points(sheet)
+
+
+def sheet_points(sheet):
+    """Points (m, 3) of a `Sheet` from the ground to the surface, their distance [m], colours (m, 4) with their opacity."""
+    levels = np.arange(0, int(np.ceil(sheet.depth.max(initial=0.0) / sheet.cell)) + 1)
+    up, which = (part.ravel() for part in np.meshgrid(levels, np.arange(len(sheet.depth)), indexing="ij"))
+    inside = (up * sheet.cell < sheet.depth[which]) & (sheet.opacity[which] > 0.02)
     up, which = up[inside], which[inside]
     # From the surface down, so that it is even
-    places = np.column_stack([x[which], y[which], height[which] + found[which] - up * cell])
-    shade = np.column_stack([red_green_blue / weight, opacity])[which]
-    return places, cell, shade.astype(np.float32)
+    top = np.column_stack([sheet.x, sheet.y, sheet.ground + sheet.depth])[which]
+    places = top - up[:, None] * [0.0, 0.0, sheet.cell]
+    return places, sheet.cell, np.column_stack([sheet.colours, sheet.opacity])[which].astype(np.float32)
 
 
 def _spline(r):

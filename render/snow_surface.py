@@ -14,11 +14,11 @@ EVENING = 10
 """Passes of its smoothing, which leaves the volume."""
 
 
-def snow_surface(points, spacing, fields, flat=False, evening=EVENING):
+def snow_surface(points, spacing, fields, flat=False, evening=EVENING, cube=CUBE):
     """Vertices (n, 3) [m], faces (m, 3), and the fields of the nearest particle at each vertex.
 
     points (k, 3) [m]; flat: a section in x and z, which becomes a slice three particles thick; evening: passes of the
-    library's smoothing.
+    library's smoothing; cube: side of a cube, in radii.
     """
     import pysplashsurf
 
@@ -33,7 +33,7 @@ def snow_surface(points, spacing, fields, flat=False, evening=EVENING):
     low = points.min(axis=0)  # in float32, near zero
     mesh, _ = pysplashsurf.reconstruction_pipeline(
         np.ascontiguousarray(points - low, np.float32), particle_radius=radius, rest_density=1000.0,
-        smoothing_length=SMOOTHING, cube_size=CUBE, iso_surface_threshold=THRESHOLD, mesh_smoothing_weights=True,
+        smoothing_length=SMOOTHING, cube_size=cube, iso_surface_threshold=THRESHOLD, mesh_smoothing_weights=True,
         mesh_smoothing_iters=evening, mesh_cleanup=True, decimate_barnacles=True, multi_threading=True)
     vertices, faces = np.asarray(mesh.mesh.vertices), np.asarray(mesh.mesh.triangles, np.int32)
     nearest = source[cKDTree(points - low).query(vertices)[1]] if len(vertices) else np.zeros(0, int)

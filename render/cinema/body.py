@@ -9,18 +9,34 @@ from scipy.spatial import cKDTree
 
 from snowmpm.render.crumble import CRUMBS, crumbled
 from snowmpm.render.snow import BALL
-from snowmpm.render.snow_surface import neighbour_means, snow_surface, vertex_normals
+from snowmpm.render.snow_surface import CUBE, neighbour_means, snow_surface, vertex_normals
 
-RELIEF = ((1.6, 0.30), (0.7, 0.18), (0.35, 0.09))
+RELIEF = ((1.6, 0.30), (0.7, 0.25), (0.35, 0.15))
 """Sizes of the relief and its heights, in spacings of the particles: what the grid of the run does not resolve."""
+
+CLOSE_RELIEF = ((0.25, 0.10), (0.16, 0.06))
+CLOSE = 8.0
+"""What comes to it in close views, and the pixels of a spacing that make one."""
+
+FLOW_RELIEF = ((2.5, 0.16), (1.1, 0.07))
+"""The same of a depth-averaged flow, in cells of its sheet."""
+
+SMOOTHED = 0.8
+"""Cells of a sheet over which its depth is smoothed: single columns are not seen."""
+
+THIN = 0.06
+"""Depth of a flow, in cells, below which the ground is seen."""
 
 SHAPES, TURNS = 7, 101
 """Different clods, and ways in which they lie."""
 
-EVENING = 4
+EVENING = 2
 """Passes in which the surface is smoothed: enough against the lattice of the particles, not so many that it melts."""
 
-EVENED = 3
+COARSE = 2.0
+"""Side of a cube of the surface of a preview, in radii of a particle."""
+
+EVENED = 1
 """Passes in which the fine relief is evened out along the edges of the surface."""
 
 LUMPY = 0.45
@@ -64,21 +80,28 @@ class Body:
         return cls(np.ascontiguousarray(vertices), faces, normals, velocity, lift[:, 0])
 
 
-def snow_body(points, velocity, spacing, reference=None, loose=None):
+def snow_body(points, velocity, spacing, reference=None, loose=None, size_px=0.0, coarse=False):
     """The `Body` of the surface around particles, `spacing` [m] apart.
 
     points, velocity (k, 3); reference (k, 3): where they were at first, to which the relief of the surface sticks, or
-    None; loose (k,): those that are no part of it
+    None; loose (k,): those that are no part of it; size_px: pixels of a spacing;
+    coarse: a few times faster, for a preview
     """
     kept = np.ones(len(points), bool) if loose is None else ~loose
     if not kept.any():
         return Body.of([])
-    vertices, faces, _ = snow_surface(np.ascontiguousarray(points[kept], np.float32), spacing, {}, evening=EVENING)
+    vertices, faces, _ = snow_surface(np.ascontiguousarray(points[kept], np.float32), spacing, {}, evening=EVENING,
+                                      cube=COARSE if coarse else CUBE)
+    close = size_px > CLOSE and not coarse
+    if close:
+        vertices, faces = trimesh.remesh.subdivide(vertices, faces)
+        vertices, faces = vertices.astype(np.float32), faces.astype(np.int32)
     nearest = np.flatnonzero(kept)[cKDTree(points[kept]).query(vertices)[1]]
     normals = vertex_normals(vertices, faces)
     if reference is not None:
         place = reference[nearest] + (vertices - points[nearest])
-        height = sum(weight * spacing * noise(place / (size * spacing)) for size, weight in RELIEF)
+        relief = RELIEF + (CLOSE_RELIEF if close else ())
+        height = sum(weight * spacing * noise(place / (size * spacing)) for size, weight in relief)
         # Beside each other lie particles from different places, and their noise would stand up like hair
         mean = neighbour_means(faces, len(vertices))
         for _ in range(EVENED):
@@ -86,6 +109,36 @@ def snow_body(points, velocity, spacing, reference=None, loose=None):
         vertices = (vertices + height[:, None] * normals).astype(np.float32)
         normals = vertex_normals(vertices, faces)
     return Body(vertices, faces, normals, velocity[nearest], np.full(len(vertices), LIFT * spacing))
+
+
+def flow_body(sheet, ground, finer=1):
+    """The `Body` of the surface of a `Sheet`, down to the ground at its rim.
+
+    ground(x, y): its height [m]; finer: vertices for one place of the sheet, each way
+    """
+    low = np.array([sheet.row.min(), sheet.column.min()]) - 2
+    depth = np.zeros(np.array([sheet.row.max(), sheet.column.max()]) + 3 - low)
+    depth[sheet.row - low[0], sheet.column - low[1]] = sheet.depth
+    depth = ndimage.gaussian_filter(depth, SMOOTHED)
+    fine = ndimage.zoom(depth, finer, order=1, grid_mode=False)
+    row, column = (np.linspace(0.0, n - 1.0, m) for n, m in zip(depth.shape, fine.shape, strict=True))
+    first = np.array([sheet.x[0], sheet.y[0]]) + sheet.cell * (low - [sheet.row[0], sheet.column[0]])
+    x, y = (part.ravel() for part in np.meshgrid(first[0] + sheet.cell * row, first[1] + sheet.cell * column,
+                                                 indexing="ij"))
+    fine = fine.ravel()
+    place = np.column_stack([x, y, np.zeros(len(x))]) / sheet.cell
+    rough = sum(weight * noise(place / size) for size, weight in FLOW_RELIEF)
+    height = ground(x, y)
+    on = np.isfinite(height) & (fine > THIN * sheet.cell)
+    vertices = np.column_stack([x, y, np.where(on, height, 0.0) + fine + rough * np.minimum(fine, sheet.cell)])
+    number = np.arange(len(x), dtype=np.int32).reshape(len(row), len(column))
+    a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    faces = faces[on[faces].all(axis=1)]
+    kept, faces = np.unique(faces, return_inverse=True)
+    vertices, faces = vertices[kept].astype(np.float32), faces.reshape(-1, 3).astype(np.int32)
+    return Body(vertices, faces, vertex_normals(vertices, faces), np.zeros_like(vertices),
+                np.full(len(vertices), LIFT * sheet.cell, np.float32))
 
 
 def noise(places):

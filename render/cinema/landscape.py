@@ -41,7 +41,7 @@ SNOW_ROUGH = 0.25
 class Landscape:
     """vertices (n, 3), faces (m, 3), normals (n, 3); bare, covered (n, 3): albedo without and with snow, the same where
     there is none; when (n,): time [s] at which the flow swept a place; openness, sunlight (n,) in [0, 1]; rows, columns
-    of the grid; made_up (n,): 0 on the terrain, 1 far from it."""
+    of the grid; made_up (n,): 0 on the terrain, 1 far from it; within (n,): 0 at its edge and beyond, 1 well within."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -52,6 +52,7 @@ class Landscape:
     openness: np.ndarray
     sunlight: np.ndarray
     made_up: np.ndarray
+    within: np.ndarray
     shape: tuple[int, int]
 
 
@@ -95,11 +96,11 @@ def build_landscape(relief, terrain, sun, cover, coarse=1):
         openness[there], sunlight[there] = (part.sample(raster, *at, 1.0) for raster in
                                             (part.openness, part.sunlight(sun)))
     # Rasters know nothing beyond their rim: there, the ground is taken to be open to sun and sky
-    rim = np.clip(ndimage.distance_transform_edt(made_up.reshape(shape) <= 0.0) / RIM, 0.0, 1.0).ravel()
-    openness, sunlight = 1.0 + rim * (openness - 1.0), 1.0 + rim * (sunlight - 1.0)
+    within = np.clip(ndimage.distance_transform_edt(made_up.reshape(shape) <= 0.0) / RIM, 0.0, 1.0).ravel()
+    openness, sunlight = 1.0 + within * (openness - 1.0), 1.0 + within * (sunlight - 1.0)
     return Landscape(vertices, _faces(shape), normals, (bare * (1.0 + rough)).astype(np.float32),
                      covered.astype(np.float32), when.astype(np.float32), openness, sunlight,
-                     made_up.astype(np.float32), shape)
+                     made_up.astype(np.float32), within.astype(np.float32), shape)
 
 
 def _axis(low, step, extent, far):

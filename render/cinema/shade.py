@@ -16,21 +16,21 @@ SPREAD = np.array([0.22, 0.33, 0.45], np.float32)
 """Share of the light of red, green and blue that goes from a place in snow to those around it, in each of PASSES: blue
 goes farthest, since ice takes it up least."""
 
-PASSES = 2
+PASSES = 1
 BOUNCE = np.array([0.10, 0.115, 0.13], np.float32)
 """Light that snow sends back to snow in its shade."""
 
-SUN, SKY = 1.25 * light.SUN, 0.62 * light.SKY
+SUN, SKY = 1.8 * light.SUN, 0.5 * light.SKY
 """Harder light than on diagrams: a low sun in clear air."""
 
-EXPOSURE = 0.80
+EXPOSURE = 0.73
 HOLLOWS = ((1.5, 0.35), (4.0, 0.30), (12.0, 0.20))
 """Widths in cells of the raster of what is seen from above, and how much of the sky a hollow of that width loses."""
 
 SHADE = 0.75
 """Of the light that a hollow in snow loses: the rest comes through the snow."""
 
-CLEAR, HAZY = 1.2, 9.0
+CLEAR, HAZY = 2.5, 20.0
 """Distance, in that of the action, from which there is haze, and over which it takes two thirds of the light."""
 
 
@@ -118,7 +118,7 @@ def ground_light(land, sun, shadow, above, bare):
     sunlight, openness = land.sunlight.copy(), land.openness.copy()
     if shadow is not None:
         sunlight[near] *= shadow.lit(places)
-    openness[near] *= above.openness(places)
+    openness[near] *= 1.0 + land.within[near] * (above.openness(places) - 1.0)
     albedo = land.covered + bare[:, None] * (land.bare - land.covered)
     lit = illuminate(land.normals, sun, 0.12, sunlight, openness)
     lit += 0.6 * BOUNCE * (1.0 - bare)[:, None] * (1.0 - np.minimum(lit, 1.0))

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from snowmpm.errors import InputError
 from snowmpm.render import light
-from snowmpm.render.cinema.body import Body, clods, snow_body
+from snowmpm.render.cinema.body import Body, clods, flow_body, snow_body
 from snowmpm.render.cinema.landscape import build_landscape, sky_of
 from snowmpm.render.cinema.shade import Air, FromAbove, ground_light, snow_light, solid_light
 from snowmpm.render.cinema.studio import Lens, Part, Studio
@@ -16,7 +16,7 @@ from snowmpm.render.crumble import few_around
 from snowmpm.render.framing import Stance
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.shadow import Shadow
-from snowmpm.render.sheet import sheet_of
+from snowmpm.render.sheet import FINE, sheet_points, sheet_raster
 from snowmpm.render.snow import BALL, SNOW
 from snowmpm.render.solid import SOLID
 from snowmpm.render.space_view import SpaceView
@@ -45,6 +45,9 @@ FEW = 40
 
 THINNEST = 0.03
 """Opacity of a sheet from which on it is drawn: thinner snow is that of the ground."""
+
+FINER = 3
+"""Vertices of the surface of a sheet for one of its places, each way."""
 
 CREASE = np.radians(30.0)
 FINEST = 3.0
@@ -155,7 +158,8 @@ class CinemaView(SpaceView):
         reference = self._reference(points, identity) if known else points
         if known:  # The edges of a block that has not moved are no rubble
             loose &= np.linalg.norm(points - reference, axis=1) > spacing
-        bodies = [snow_body(points, velocity, spacing, reference, loose)]
+        coarse = self.quality.coarse > 1
+        bodies = [snow_body(points, velocity, spacing, reference, loose, pixels, coarse)]
         if loose.any():
             bodies.append(clods(points[loose], velocity[loose], spacing, identity[loose] if known else None, pixels))
         body = Body.of(bodies)
@@ -164,13 +168,15 @@ class CinemaView(SpaceView):
     def _flow(self, depth, points, velocity, spacing, colours):
         """The same of columns of a depth-averaged flow, as one sheet."""
         depth = np.nan_to_num(depth)
-        sheet = sheet_of(points, depth, spacing, colours, self.relief.height)
+        coarse = self.quality.coarse > 1
+        sheet = sheet_raster(points, depth, spacing, colours, self.relief.height, 1 if coarse else FINE)
         if sheet is None:
             places, cell = piled(points, depth, spacing)[0], spacing
+            body = snow_body(places, np.zeros_like(places), cell, places, coarse=coarse)
         else:
-            places, cell, shade = sheet
+            places, cell, shade = sheet_points(sheet)
             places = places[shade[:, 3] > THINNEST]
-        body = snow_body(places, np.zeros_like(places), cell, places)
+            body = flow_body(sheet, self.relief.height, 1 if coarse else FINER)
         return body, self._albedo(body, points, colours), places, BALL * cell
 
     def _albedo(self, body, points, colours):
