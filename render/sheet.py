@@ -98,7 +98,7 @@ def sheet_of(points, depth, spacing, colours, ground):
 
 
 def sheet_points(sheet):
-    """Points (m, 3) of a `Sheet` from the ground to the surface, their distance [m], colours (m, 4) with their opacity."""
+    """Points (m, 3) of a `Sheet` from the ground up, their distance [m], colours (m, 4) with their opacity."""
     levels = np.arange(0, int(np.ceil(sheet.depth.max(initial=0.0) / sheet.cell)) + 1)
     up, which = (part.ravel() for part in np.meshgrid(levels, np.arange(len(sheet.depth)), indexing="ij"))
     inside = (up * sheet.cell < sheet.depth[which]) & (sheet.opacity[which] > 0.02)
