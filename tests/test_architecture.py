@@ -94,7 +94,7 @@ FORBIDDEN = {
     "terrain": PICTURES | {"h5py", "typer", "rich"},
     "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
-    "solids": PICTURES | {"h5py", "typer", "rich"},
+    "solids": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # pictures on meshes of obstacles
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.

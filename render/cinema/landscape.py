@@ -126,12 +126,12 @@ def _heights(relief, whole, x, y):
     size = float(extent.max())
     # Farther from the edge, its own ups and downs count less
     height = np.zeros(len(plan))
-    smooth = [filled, *(ndimage.gaussian_filter(filled, width, mode="nearest") for width in (6.0, 25.0))]
+    smooth = [filled, *(_smoothed(filled, width) for width in (6.0, 25.0))]
     share = 1.0 - np.exp(-((distance / (0.2 * size)) ** 2))
     for raster, weight in zip(smooth, (np.clip(1.0 - 2.0 * share, 0.0, 1.0), 1.0 - np.abs(2.0 * share - 1.0),
                                        np.clip(2.0 * share - 1.0, 0.0, 1.0)), strict=True):
         height += weight * whole.sample(raster, edge[:, 0], edge[:, 1], float(np.nanmean(filled)))
-    rises = [whole.sample(rise, edge[:, 0], edge[:, 1], 0.0) for rise in np.gradient(smooth[2], whole.cell)]
+    rises = [whole.sample(rise, edge[:, 0], edge[:, 1], 0.0) for rise in np.gradient(smooth[1], whole.cell)]
     onwards = ONWARDS * size
     damped = onwards * (1.0 - np.exp(-distance / onwards)) / np.maximum(distance, 1e-9)
     height += damped * (away[:, 0] * rises[1] + away[:, 1] * rises[0])
@@ -141,6 +141,13 @@ def _heights(relief, whole, x, y):
     height[inside] = own[inside]
     beyond = 1.0 - np.exp(-((distance / (0.15 * size)) ** 2))
     return height, beyond
+
+
+def _smoothed(raster, width):
+    """A raster without what is finer than `width` cells, which goes on beyond its edge with the slope that it has."""
+    pad = int(np.ceil(3.0 * width))
+    wide = np.pad(raster, pad, mode="reflect", reflect_type="odd")
+    return ndimage.gaussian_filter(wide, width, mode="nearest")[pad:-pad, pad:-pad]
 
 
 def _evened(surface, beyond):

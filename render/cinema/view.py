@@ -3,7 +3,6 @@
 from functools import cached_property
 
 import numpy as np
-import trimesh
 from scipy.spatial import cKDTree
 
 from snowmpm.errors import InputError
@@ -11,6 +10,7 @@ from snowmpm.render import light
 from snowmpm.render.cinema.body import Body, clods, flow_body, snow_body
 from snowmpm.render.cinema.landscape import build_landscape, sky_of
 from snowmpm.render.cinema.shade import Air, FromAbove, ground_light, snow_light, solid_light
+from snowmpm.render.cinema.solids import Solids
 from snowmpm.render.cinema.studio import Lens, Part, Studio
 from snowmpm.render.crumble import few_around
 from snowmpm.render.framing import Stance
@@ -18,7 +18,6 @@ from snowmpm.render.overlay import Overlay
 from snowmpm.render.shadow import Shadow
 from snowmpm.render.sheet import FINE, sheet_points, sheet_raster
 from snowmpm.render.snow import BALL, SNOW
-from snowmpm.render.solid import SOLID
 from snowmpm.render.space_view import SpaceView
 from snowmpm.render.view import particle_spacing, piled
 
@@ -49,14 +48,11 @@ THINNEST = 0.03
 FINER = 3
 """Vertices of the surface of a sheet for one of its places, each way."""
 
-CREASE = np.radians(30.0)
 FINEST = 3.0
 """Longest edge of an obstacle's triangles, in cells of the relief, for the edges of shadows on it."""
 
 BESIDE = 0.05
 """Of the sides of the picture: how far beside it the ground is still drawn, for the lens and for pixels."""
-
-MOST_FACES = 200_000
 
 
 class CinemaView(SpaceView):
@@ -121,10 +117,9 @@ class CinemaView(SpaceView):
                                            MADE_UP * land.made_up))}
         passing = [Part(body.vertices, body.faces, air.before(snow_light(body, albedo, self.sun, shadow, above),
                                                               body.vertices), body.velocity)]
-        solids = self._solids(i)
-        if solids is not None:
-            lit = solid_light(*solids[::2], SOLID, self.sun, shadow, above)
-            passing.append(Part(*solids[:2], air.before(lit.astype(np.float32), solids[0])))
+        for solid in self._solids.at(i, self.near):
+            lit = solid_light(solid.vertices, solid.normals, solid.albedo, self.sun, shadow, above)
+            passing.append(Part(solid.vertices, solid.faces, air.before(lit.astype(np.float32), solid.vertices)))
         lens = Lens(self.lens_shots, self._shutter(i), APERTURE * distance, self._focus(camera, points, distance))
         picture = light.encode(self.studio.shoot(parts, passing, seen, lens, sky_of(seen, self.sun)))
         overlay = Overlay(self.quality.enlarged(picture, camera.size))
@@ -194,19 +189,9 @@ class CinemaView(SpaceView):
             bare *= 1.0 - self.cover.left(points, radius / BALL)[row, column]
         return bare
 
-    def _solids(self, i):
-        """(vertices, faces, normals) of obstacles and saw in frame `i`, finely divided; None without."""
-        vertices, faces = self.solids(i)
-        if not len(faces):
-            return None
-        mesh = trimesh.Trimesh(vertices, faces, process=False)
-        longest = FINEST * self.relief.cell
-        while len(mesh.faces) * 4 <= MOST_FACES and mesh.edges_unique_length.max() > longest:
-            mesh = mesh.subdivide(np.flatnonzero(mesh.edges_unique_length[mesh.faces_unique_edges].max(axis=1)
-                                                 > longest))
-        mesh = trimesh.graph.smooth_shade(mesh, angle=CREASE)
-        return (np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.int32),
-                np.asarray(mesh.vertex_normals, np.float32))
+    @cached_property
+    def _solids(self):
+        return Solids(self.run, self.saw, FINEST * self.relief.cell)
 
     def _shutter(self, i):
         """Time [s] of the run for which the shutter is open in frame `i`."""

@@ -5,9 +5,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from snowmpm.errors import InputError
+from snowmpm.render.cinema.solids import edged
 from snowmpm.render.floor import ground_of
 from snowmpm.render.run_film import view_of
 from snowmpm.render.snow_surface import snow_surface
@@ -17,8 +17,6 @@ from snowmpm.render.view import particle_spacing, piled
 IDENTITY = "id"
 """Field with the number of each particle."""
 VELOCITY = "velocity"
-CREASE = np.radians(30.0)
-"""Angle between the faces of an obstacle above which their edge is sharp."""
 RIBBON = 20.0
 """Width of a section in plane strain, in particle spacings: lines of its ground become strips."""
 
@@ -27,7 +25,7 @@ RIBBON = 20.0
 class Shape:
     """points (n, 3) [m] float32; faces (m, 3) of a mesh, or None of particles; fields (n,) or (n, k) by name; radius
     [m] of a particle; numbers (n,) of the particles, ascending, or None where they have none; velocity (n, 3) [m/s] of
-    the snow, or None where the run did not record it."""
+    the snow, or None where the run did not record it; st (n, 2) and picture: as of `Skin`, None of others."""
 
     points: np.ndarray
     faces: np.ndarray | None
@@ -35,6 +33,8 @@ class Shape:
     radius: float = 0.0
     numbers: np.ndarray | None = None
     velocity: np.ndarray | None = None
+    st: np.ndarray | None = None
+    picture: np.ndarray | None = None
 
 
 class Sequence:
@@ -107,17 +107,22 @@ class Sequence:
         return {name: self._mesh(one.placed(i), one.facets) for name, one in self.run.obstacles.items()}
 
     def solids(self):
-        """By name of each obstacle its `Shape` where the scene draws it, with vertices of their own on each side of a
-        sharp edge, and its poses in the frames, (rotation (k, 3, 3), translation (k, 3)), None where it stays."""
+        """By name of each obstacle, or of each part with a material: its `Shape` where the scene draws it, with
+        vertices of their own on each side of a sharp edge, and its poses in the frames, (rotation (k, 3, 3),
+        translation (k, 3)), None where it stays."""
         found = {}
         for name, one in self.run.obstacles.items():
-            shape = self._mesh(one.vertices, one.facets)
-            edged = trimesh.graph.smooth_shade(trimesh.Trimesh(shape.points, shape.faces, process=False), angle=CREASE)
-            shape = Shape(np.asarray(edged.vertices, np.float32), np.asarray(edged.faces, np.int32), {})
             rotation, translation = (part[self.indices.start : self.indices.stop : self.indices.step]
                                      for part in (one.rotation, one.translation))
             moves = np.any(rotation != np.eye(3)) or np.any(translation != 0.0)
-            found[name] = shape, (rotation, translation) if moves else None
+            plain = self._mesh(one.vertices, one.facets)
+            parts = {f"{name}_{k}": (skin.vertices, skin.facets, skin.st, skin.picture)
+                     for k, skin in enumerate(one.skins)} or {name: (plain.points, plain.faces, None, None)}
+            for part, (points, faces, st, picture) in parts.items():
+                points, faces, *places = edged(np.asarray(points), np.asarray(faces), *([] if st is None else [st]))
+                shape = Shape(points.astype(np.float32), faces.astype(np.int32), {}, st=next(iter(places), None),
+                              picture=picture)
+                found[part] = shape, (rotation, translation) if moves else None
         return found
 
     @cached_property

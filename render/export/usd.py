@@ -15,7 +15,10 @@ HELD = 1e-3
 
 
 def write(sequence, folder):
-    """run.usdc and, of a ground in 3-D, its picture ground.png; -> paths. InputError where the library is missing."""
+    """run.usdc, and pictures of a ground in 3-D and of obstacles with colours; -> paths.
+
+    Raises InputError where the library is missing.
+    """
     try:
         from pxr import Usd, UsdGeom
     except ImportError:
@@ -56,7 +59,7 @@ def _write(stage, sequence, codes, folder):
         part = Part(stage, f"/run/{identifier(name)}", shape, turn=sequence.turn)
         part.set(shape, None)
         part.move(poses, codes)
-        look.bind(part.prim, "obstacle")
+        pictures += look.cover(part.prim, shape, identifier(name), folder)
     snow = None
     for k, i in enumerate(counted(sequence.indices, "writing USD", "frames")):
         shape = sequence.snow(i)

@@ -44,10 +44,11 @@ class Look:
         self._stage, self._sequence, self._known = stage, sequence, {}
 
     def bind(self, prim, name, picture=None):
-        """Give a prim one of MATERIALS; picture: file of its colours over the primvar st."""
+        """Give a prim one of MATERIALS, by another name that of an obstacle; picture: file of its colours over the
+        primvar st."""
         from pxr import Gf, Vt
 
-        colour, _ = MATERIALS[name]
+        colour, _ = MATERIALS.get(name, MATERIALS["obstacle"])
         prim.CreateDisplayColorAttr(Vt.Vec3fArray([Gf.Vec3f(*colour)]))
         self._bind(prim, self._material(name, picture))
 
@@ -61,7 +62,7 @@ class Look:
 
         if name in self._known:
             return self._known[name]
-        types, (colour, roughness) = Sdf.ValueTypeNames, MATERIALS[name]
+        types, (colour, roughness) = Sdf.ValueTypeNames, MATERIALS.get(name, MATERIALS["obstacle"])
         path = f"/run/materials/{name}"
         material = UsdShade.Material.Define(self._stage, path)
         surface = UsdShade.Shader.Define(self._stage, f"{path}/surface")
@@ -80,7 +81,7 @@ class Look:
             image.CreateInput("file", types.Asset).Set(f"./{picture}")
             image.CreateInput("sourceColorSpace", types.Token).Set("sRGB")
             for side in ("wrapS", "wrapT"):
-                image.CreateInput(side, types.Token).Set("clamp")
+                image.CreateInput(side, types.Token).Set("clamp" if name == "ground" else "repeat")
             image.CreateInput("st", types.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
             image.CreateOutput("rgb", types.Float3)
             diffuse.ConnectToSource(image.ConnectableAPI(), "rgb")
@@ -90,8 +91,6 @@ class Look:
 
     def cover_ground(self, prim, shape, folder):
         """The colours of the film's ground, as they are before the flow, in ground.png, laid over it; -> paths."""
-        from pxr import Sdf, UsdGeom, Vt
-
         view = self._sequence.view
         relief = None if self._sequence.run.dimension == 2 else view.whole_relief()
         if relief is None:
@@ -99,16 +98,22 @@ class Look:
             return []
         colours, low, high = plan_colours(relief, view.cover, PICTURE)
         path = folder / "ground.png"
-        data = io.BytesIO()
-        Image.fromarray(light.encode(colours)[::-1]).save(data, "PNG")
-        with draft(path) as part:
-            part.write_bytes(data.getvalue())
+        _save(light.encode(colours)[::-1], path)
         places = self._sequence.upright(shape.points)[:, :2]
         st = ((places - low) / (high - low)).astype(np.float32)
-        variable = UsdGeom.PrimvarsAPI(prim.GetPrim()).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray,
-                                                                     UsdGeom.Tokens.vertex)
-        variable.Set(Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(st)))
+        _lay(prim, st)
         self.bind(prim, "ground", path.name)
+        return [path]
+
+    def cover(self, prim, shape, name, folder):
+        """The material of an obstacle's `Shape`, with its picture NAME.png where it has one; -> paths."""
+        if shape.picture is None:
+            self.bind(prim, "obstacle")
+            return []
+        path = folder / f"{name}.png"
+        _save(shape.picture, path)
+        _lay(prim, shape.st.astype(np.float32))
+        self.bind(prim, name, path.name)
         return [path]
 
     def add_lights(self):
@@ -162,6 +167,22 @@ class Look:
                 camera.CreateVerticalApertureAttr().Set(10.0 * height / seen.scale, code)
             camera.CreateFocusDistanceAttr().Set(max(apart, NEAREST * reach), code)
         camera.CreateClippingRangeAttr(Gf.Vec2f(NEAREST * reach, FARTHEST * reach))
+
+
+def _save(colours, path):
+    data = io.BytesIO()
+    Image.fromarray(colours).save(data, "PNG")
+    with draft(path) as part:
+        part.write_bytes(data.getvalue())
+
+
+def _lay(prim, st):
+    """Places (n, 2) of vertices on a picture."""
+    from pxr import Sdf, UsdGeom, Vt
+
+    variable = UsdGeom.PrimvarsAPI(prim.GetPrim()).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray,
+                                                                 UsdGeom.Tokens.vertex)
+    variable.Set(Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(st)))
 
 
 def moves(view):

@@ -9,7 +9,7 @@ import importlib.util
 import os
 from pathlib import Path
 
-ENDINGS_OF_MESHES = (".stl", ".obj", ".ply", ".asc", ".tif", ".tiff")
+ENDINGS_OF_MESHES = (".stl", ".obj", ".ply", ".glb", ".asc", ".tif", ".tiff")
 
 
 def scenes(incomplete: str):

@@ -35,7 +35,7 @@ def new(
         typer.Option(
             "--terrain",
             metavar="FILE",
-            help="Your slope: a mesh (.stl, .obj, .ply) or an elevation raster (.asc, .tif), in metres.",
+            help="Your slope: a mesh (.stl, .obj, .ply, .glb) or an elevation raster (.asc, .tif), in metres.",
             autocompletion=completion.grounds,
         ),
     ] = None,

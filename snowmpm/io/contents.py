@@ -12,6 +12,7 @@ import numpy as np
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.obstacles import GROUP as OBSTACLES
 from snowmpm.io.obstacles import LOADS, POSES
+from snowmpm.io.skins import SKIN, check_skins
 from snowmpm.io.surroundings import GROUP as SURROUNDINGS
 from snowmpm.reading import budget as read_budget
 
@@ -133,9 +134,10 @@ def _check_tables(h5, path):
             raise InputError(f"{path}: {data.name} has no place in plan")
     frames = int(h5["VTKHDF/Steps"].attrs["NSteps"])
     for group in h5.get(OBSTACLES, {}).values():
-        if set(group) != {"vertices", "facets", *LOADS, *POSES}:
+        if set(group) - {SKIN} != {"vertices", "facets", *LOADS, *POSES}:
             raise InputError(f"{path}: {group.name} is not what an obstacle has")
         _check_drawing(group, path)
+        check_skins(group, path, _check_drawing)
         _shape(group["rotation"], (frames, 3, 3), path)
         _shape(group["translation"], (frames, 3), path)
         for name in LOADS:

@@ -8,7 +8,9 @@ import numpy as np
 from snowmpm.annotations import Numbers
 from snowmpm.glance import ArraysGlance
 from snowmpm.io.rows import as_rows
+from snowmpm.io.skins import SKIN, create_skins, read_skins
 from snowmpm.io.vtkhdf import COMPRESSION, append, growing
+from snowmpm.reading.skin import Skin
 
 GROUP = "obstacles"
 LOADS = {"time": "s", "force": "N", "moment": "N m", "impulse": "N s", "work": "J"}
@@ -25,6 +27,7 @@ class Obstacle(ArraysGlance):
     Loads by the snow at the end of each interval of `time` (rows,) [s], means over the interval: force (rows, 3) [N],
     moment about the centre of rotation, (rows, 3) [N m] or, in 2-D, (rows,), positive from +x towards +z; since the
     start: impulse (rows, 3) [N s], work (rows,) [J]. In 2-D all are per metre of width.
+    skins: what it looks like, a `Skin` for each material of its mesh file, where the scene draws it; mostly none.
     """
 
     vertices: Numbers
@@ -36,18 +39,20 @@ class Obstacle(ArraysGlance):
     moment: Numbers
     impulse: Numbers
     work: Numbers
+    skins: tuple[Skin, ...] = ()
 
     def placed(self, frame: int) -> Numbers:
         """Vertices (n, 3) [m] in that frame."""
         return self.vertices @ self.rotation[frame].T + self.translation[frame]
 
 
-def create_obstacles(h5, drawings, dimension):
-    """Groups for obstacles {name: (vertices, facets)} in a new run file."""
+def create_obstacles(h5, drawings, dimension, skins=None):
+    """Groups for obstacles {name: (vertices, facets)} in a new run file; skins: {name: [`Skin`]}."""
     root = h5.create_group(GROUP)
     width = "/m" if dimension == 2 else ""
     for name, (vertices, facets) in drawings.items():
         group = root.create_group(name)
+        create_skins(group, (skins or {}).get(name, ()))
         group.create_dataset("vertices", data=as_rows(vertices).astype(np.float64), **COMPRESSION).attrs["units"] = "m"
         group.create_dataset("facets", data=np.asarray(facets, np.int32), **COMPRESSION)
         for load, unit in LOADS.items():
@@ -100,4 +105,5 @@ def keep_obstacles(h5, limit, frames):
 def read_obstacles(h5: h5py.File) -> dict[str, Obstacle]:
     """`Obstacle` by name; none in files of older versions."""
     groups = h5.get(GROUP, {}).items()
-    return {name: Obstacle(**{key: data[:] for key, data in group.items()}) for name, group in groups}
+    return {name: Obstacle(**{key: data[:] for key, data in group.items() if key != SKIN}, skins=read_skins(group))
+            for name, group in groups}

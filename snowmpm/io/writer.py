@@ -48,6 +48,7 @@ class RunWriter:
     dimension   2 or 3
     units       unit of each field of the frames, by name
     saw_test    arguments of `io.saw_test.create_saw_test` by name, of a run that is one; or None
+    skins       {name: `Skin`s} of obstacles with colours; or None
     durable     survive a power cut too, not only the death of the program (waits for the disk at each frame)
     patience    s of wall time that frames wait for others, to be written in one go: opening the file and its data sets
                 takes as long as compressing 1e5 particles
@@ -57,7 +58,7 @@ class RunWriter:
     """
 
     def __init__(self, path, *, provenance, terrain=None, obstacles=None, origin=None, dimension=3, units=None,
-                 saw_test=None, durable=True, patience=0.0):
+                 saw_test=None, durable=True, patience=0.0, skins=None):
         self.path = run_file(path)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._units = dict(units or {})
@@ -70,7 +71,7 @@ class RunWriter:
             with h5py.File(draft, "w", libver=layout.HDF5_VERSIONS) as h5:
                 _create(h5, dimension, origin, self._units)
                 _write_terrain(h5, terrain)
-                create_obstacles(h5, obstacles or {}, dimension)
+                create_obstacles(h5, obstacles or {}, dimension, skins)
                 blocks = list(create_surroundings(h5, terrain, obstacles, origin))
                 if saw_test:
                     create_saw_test(h5, **saw_test)

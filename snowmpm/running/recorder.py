@@ -3,6 +3,7 @@
 import copy
 import json
 import platform
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,9 @@ class Recorder:
         terrain = (surface.vertices - self._origin, surface.facets) if surface is not None else None
         drawings = {obstacle.name: obstacle.shape.drawing() for obstacle in self._obstacles}
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
-        return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
+        skins = {obstacle.name: [replace(skin, vertices=skin.vertices - self._origin)
+                                 for skin in obstacle.shape.skins()] for obstacle in self._obstacles}
+        return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings, skins=skins,
                          origin=self._origin, dimension=self._simulation.scene.dimension, units=field_units(),
                          saw_test=crack.description() if (crack := self._simulation.crack) else None,
                          patience=PATIENCE)

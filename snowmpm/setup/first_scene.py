@@ -17,7 +17,7 @@ from snowmpm.stepping.abilities import course
 from snowmpm.terrain import load_terrain
 from snowmpm.terrain.first_release import STEEP, first_release, may_leave
 
-MESHES = (".stl", ".obj", ".ply")
+MESHES = (".stl", ".obj", ".ply", ".glb")
 RASTERS = (".asc", ".tif", ".tiff")
 PARTICLES = 40_000  # about so many: a few minutes
 FRICTION = 0.35  # of the bed, as the scene has it

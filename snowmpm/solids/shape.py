@@ -33,7 +33,7 @@ class SolidShape:
     kind: BOX, BALL, CYLINDER or SAMPLED (`primitives`); origin (dim,) [m]: middle of its own frame; axes (dim, dim):
     unit rows, directions of that frame; size (dim,) [m]: half sides of a box along them that holds it, and the measures
     that `primitive_distance` wants; surface: `TerrainSurface` of a polygon or mesh, else None, and reach [m], how far
-    from it distances are exact (at most as far as it is large).
+    from it distances are exact (at most as far as it is large); file: the mesh file, else None.
     """
 
     kind: int
@@ -42,6 +42,7 @@ class SolidShape:
     size: np.ndarray
     surface: Any = None
     reach: float = np.inf
+    file: Any = None
 
     @classmethod
     def of(cls, spec, dim, base_dir=".", key="shape", reach=np.inf, ground=None):
@@ -118,6 +119,19 @@ class SolidShape:
         return self.origin + (np.asarray(mesh.vertices) * self.size) @ self.axes, np.asarray(mesh.faces)
 
 
+    def skins(self):
+        """[`Skin`] of a mesh file with colours, where the shape is; none of others."""
+        if self.file is None:
+            return []
+        from snowmpm.solids.skin import skins_of
+
+        found = skins_of(self.file)
+        if not found:
+            return []
+        low = np.min([skin.vertices.min(axis=0) for skin in found], axis=0)
+        return [replace(skin, vertices=skin.vertices + (self.surface.lower - low)) for skin in found]
+
+
 def _square():
     return np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
@@ -148,7 +162,8 @@ def polygon(spec, dim, base_dir, key):
 def mesh(spec, dim, base_dir, key):
     """Rigid closed mesh."""
     path = existing(spec.file, base_dir, f"{key}.file")
-    return _of_surface(*mesh_facets(path, f"{key}.file"), f"{key}.file = {str(spec.file)!r}: the mesh")
+    made = _of_surface(*mesh_facets(path, f"{key}.file"), f"{key}.file = {str(spec.file)!r}: the mesh")
+    return replace(made, file=path)
 
 
 def _of_surface(vertices, facets, what):

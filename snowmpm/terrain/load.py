@@ -25,7 +25,7 @@ def load_terrain(spec, base_dir=".", *, dimension=None, extent=None):
       plane    point (dim,) [m], angle [degrees, dips towards +x], azimuth [degrees from +x towards +y, 3-D; default 0]
       profile  points [[x, z], ...] [m], fillet [m, radius put into every inner corner; default none]; in 3-D drawn out
                along y as far as `extent`
-      mesh     file (.stl, .obj, .ply), metres
+      mesh     file (.stl, .obj, .ply, .glb), metres
       dem      file (.asc, .tif) in a projection, feet converted to metres; elevation_unit "m", "ft" or "us-ft" [default
                what the file says]; dams to raise on it; region with x = [x0, x1], y = [y0, y1] [m], each or both
                optional: the part to use

@@ -1,6 +1,7 @@
-"""Triangles from a mesh file: STL, OBJ, PLY."""
+"""Triangles from a mesh file: STL, OBJ, PLY, binary glTF."""
 
 import io
+import json
 import logging
 import re
 import warnings
@@ -13,12 +14,15 @@ from snowmpm.errors import InputError
 from snowmpm.terrain.mesh_units import metre_of_mesh
 from snowmpm.terrain.topology import LARGEST
 
-SUFFIXES = (".stl", ".obj", ".ply")
+SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 BYTES_PER_BYTE = 25
 """Memory while a mesh is read and welded, over the size of its file."""
 
 BACKWARD = re.compile(rb"^\s*f\s.*-\d", re.MULTILINE)
 """A face of an OBJ file with a corner that counts backwards."""
+
+DEEPEST = 100
+"""Levels of nodes in a glTF file."""
 
 ROUNDED = 0.01
 """Share of the sides of triangles from which on rounded places are told."""
@@ -35,7 +39,7 @@ def mesh_facets(path, key="terrain.file"):
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError.at(key, str(path), "must be an .stl, .obj or .ply file")
+        raise InputError.at(key, str(path), "must be an .stl, .obj, .ply or .glb file")
     memory.require(BYTES_PER_BYTE * _size(path), f'{key} = "{path}"', "a mesh of fewer triangles needs less")
     vertices, faces = _binary_stl(path, key) if suffix == ".stl" else (None, None)
     if faces is not None:
@@ -51,8 +55,14 @@ def mesh_facets(path, key="terrain.file"):
     metre = metre_of_mesh(path, suffix)
     if metre != 1.0:
         warnings.warn(f'{key} = "{path}": says that a unit of it is {metre:.10g} m: converted to metres', stacklevel=2)
-        vertices = vertices * metre
-    return vertices, faces
+    return converted(vertices, path, suffix), faces
+
+
+def converted(vertices, path, suffix):
+    """Vertices (n, 3) of a mesh file in metres, with z up: glTF has y up, by its standard."""
+    if suffix == ".glb":
+        return np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
+    return vertices * metre_of_mesh(path, suffix)
 
 
 def _binary_stl(path, key):
@@ -77,17 +87,52 @@ def _any_mesh(path, key, suffix):
         with open(path, "rb") as file:
             if suffix == ".obj":
                 file = io.BytesIO(_counted_from_the_start(file.read()))
+            if suffix == ".glb":
+                file = io.BytesIO(_counted_glb(file.read(), key, path))
             mesh = trimesh.load(
                 file, file_type=suffix[1:], force="mesh", process=False, skip_materials=True, resolver={}
             )
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
+    except InputError:
+        raise
     except Exception as error:  # a parser may fail in any way on a file of another format
         raise InputError.at(key, str(path), f"is not a readable {suffix[1:].upper()} mesh") from error
     faces = getattr(mesh, "faces", None)
     if faces is None or len(faces) == 0:
         raise InputError.at(key, str(path), "has no triangles")
     return np.asarray(mesh.vertices, float), np.asarray(faces)
+
+
+def _counted_glb(data, key, path):
+    """Bytes of a binary glTF file, after a look at its header: its tables hold no more than the file, no part is placed
+    more often than that, and no part holds itself. Raises InputError where not, and for extensions."""
+    length = int.from_bytes(data[12:16], "little")
+    header = json.loads(data[20 : 20 + length]) if data[:4] == b"glTF" else None
+    if not isinstance(header, dict):
+        raise ValueError
+    if needed := header.get("extensionsRequired"):
+        raise InputError.at(key, str(path), f"needs the glTF extension {str(needed[0])[:60]}: save it without it")
+    counts = [int(one["count"]) for one in header.get("accessors", [])]
+    sizes = [sum(counts[k] for part in mesh["primitives"]
+                 for k in [*part["attributes"].values(), part.get("indices", 0)]) for mesh in header.get("meshes", [])]
+    nodes = header.get("nodes", [])
+    placed = sum(sizes[node["mesh"]] for node in nodes if "mesh" in node)
+    if not (all(0 <= count <= len(data) for count in counts) and placed <= len(data)):
+        raise InputError.at(key, str(path), "has tables that are larger than the file")
+    parents = {}
+    for number, node in enumerate(nodes):
+        for child in node.get("children", []):
+            if child in parents:
+                raise InputError.at(key, str(path), "has a node that two others hold")
+            parents[child] = number
+    for number in range(len(nodes)):
+        at, steps = number, 0
+        while at in parents:
+            at, steps = parents[at], steps + 1
+            if steps > DEEPEST:
+                raise InputError.at(key, str(path), f"has nodes more than {DEEPEST} deep within each other")
+    return data
 
 
 def _counted_from_the_start(data):

@@ -21,6 +21,8 @@ def metre_of_mesh(path, suffix):
 
     InputError: a unit that is no length.
     """
+    if suffix not in REMARKS:
+        return 1.0
     with open(path, "rb") as file:
         head = file.read(HEAD_BYTES)
     for remark in re.findall(REMARKS[suffix], head, re.DOTALL if suffix == ".stl" else 0):

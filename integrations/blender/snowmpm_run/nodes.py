@@ -1,6 +1,7 @@
 """Geometry nodes and materials: the points of a run as snow."""
 
 import bpy
+import numpy as np
 
 SURFACE, POINTS, CLODS, POWDER = "surface", "points", "clods", "powder"
 
@@ -28,6 +29,22 @@ def material(name, colour, roughness, *, subsurface=0.0, bump=0.0, size=1.0):
         links.new(bumps.outputs["Normal"], shader.inputs["Normal"])
     return made
 
+
+
+def picture_material(name, picture):
+    """A material with the colours of a picture (rows, columns, 3) uint8."""
+    made = material(name, (0.5, 0.5, 0.5), 0.7)
+    rows, columns = picture.shape[:2]
+    image = bpy.data.images.new(name, columns, rows)
+    pixels = np.ones((rows, columns, 4), np.float32)
+    pixels[..., :3] = picture[::-1] / 255.0
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    texture = nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    links.new(texture.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
+    return made
 
 def snow_material(spacing):
     return material("snow", (0.90, 0.93, 0.97), 0.6, subsurface=0.5, bump=0.15 * spacing, size=1.5 * spacing)

@@ -27,12 +27,14 @@ class Snow:
 
 @dataclass
 class Solid:
-    """An obstacle: vertices (n, 3) [m], facets (m, 3), and its pose in each frame."""
+    """An obstacle: vertices (n, 3) [m], facets (m, 3), and its pose in each frame; skins: vertices, facets, places
+    (n, 2) on a picture and the picture (rows, columns, 3) of each of its materials."""
 
     vertices: np.ndarray
     facets: np.ndarray
     rotation: np.ndarray
     translation: np.ndarray
+    skins: list = field(default_factory=list)
 
     @property
     def moves(self):
@@ -71,7 +73,9 @@ class RunFile:
                 raise ValueError(f"{self.path}: a section; the add-on opens runs in three dimensions")
             ground = h5.get("terrain", {})
             self.ground = (ground["vertices"][:], ground["facets"][:]) if "vertices" in ground else None
-            self.solids = {name: Solid(*(one[key][:] for key in ("vertices", "facets", "rotation", "translation")))
+            self.solids = {name: Solid(*(one[key][:] for key in ("vertices", "facets", "rotation", "translation")),
+                                       [[part[key][:] for key in ("vertices", "facets", "st", "picture")]
+                                        for part in one.get("skin", {}).values()])
                            for name, one in h5.get("obstacles", {}).items()}
         if not len(self.times) or not self._counts.any():
             raise ValueError(f"{self.path}: no frame with particles yet")

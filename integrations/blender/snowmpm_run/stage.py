@@ -36,14 +36,17 @@ def add_solids(run, collection, frame_of):
     """Obstacles; those that move have a key in each frame of the run. frame_of(time [s]): the frame of the film."""
     look = nodes.material("obstacle", (0.23, 0.20, 0.17), 0.7)
     for name, solid in run.solids.items():
-        made = mesh_object(name, solid.vertices, solid.facets, look, collection, False)
-        if not solid.moves:
-            continue
-        made.rotation_mode = "QUATERNION"
-        for time, rotation, translation in zip(run.times, solid.rotation, solid.translation, strict=False):
-            made.matrix_world = Matrix.Translation(Vector(translation)) @ Matrix(rotation.tolist()).to_4x4()
-            for path in ("location", "rotation_quaternion"):
-                made.keyframe_insert(path, frame=frame_of(float(time)))
+        made = [mesh_object(name, solid.vertices, solid.facets, look, collection, False)] if not solid.skins else []
+        for number, (vertices, facets, st, picture) in enumerate(solid.skins):
+            part = f"{name}_{number}"
+            made.append(mesh_object(part, vertices, facets, nodes.picture_material(part, picture), collection, False))
+            made[-1].data.uv_layers.new(name="st").data.foreach_set("uv", st[facets.ravel()].astype(np.float32).ravel())
+        for one in made if solid.moves else ():
+            one.rotation_mode = "QUATERNION"
+            for time, rotation, translation in zip(run.times, solid.rotation, solid.translation, strict=False):
+                one.matrix_world = Matrix.Translation(Vector(translation)) @ Matrix(rotation.tolist()).to_4x4()
+                for path in ("location", "rotation_quaternion"):
+                    one.keyframe_insert(path, frame=frame_of(float(time)))
 
 
 def add_camera(run, collection, size):
