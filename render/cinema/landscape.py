@@ -131,7 +131,7 @@ def _heights(relief, whole, x, y):
     for raster, weight in zip(smooth, (np.clip(1.0 - 2.0 * share, 0.0, 1.0), 1.0 - np.abs(2.0 * share - 1.0),
                                        np.clip(2.0 * share - 1.0, 0.0, 1.0)), strict=True):
         height += weight * whole.sample(raster, edge[:, 0], edge[:, 1], float(np.nanmean(filled)))
-    rises = [whole.sample(rise, edge[:, 0], edge[:, 1], 0.0) for rise in np.gradient(smooth[1], whole.cell)]
+    rises = [whole.sample(rise, edge[:, 0], edge[:, 1], 0.0) for rise in np.gradient(smooth[2], whole.cell)]
     onwards = ONWARDS * size
     damped = onwards * (1.0 - np.exp(-distance / onwards)) / np.maximum(distance, 1e-9)
     height += damped * (away[:, 0] * rises[1] + away[:, 1] * rises[0])
