@@ -58,7 +58,7 @@ def render_map_film(run_path: PathLike | Run, name: str, output: PathLike, *, fp
     axes = figure.add_subplot(aspect="equal")
     _draw_ground(axes, run, lower, upper)
     first = Map(values[0], raster.x0, raster.y0, raster.cell, quantity(name).unit)
-    image = draw_raster(figure, axes, run, first, name, pale[0], largest)
+    image, _ = draw_raster(figure, axes, run, first, name, pale[0], largest)
     draw_built(axes, run)
     title = f"{run.name}: {quantity(name).label}".replace("_", " ")
     draw_frame(axes, run, title, lower, upper)

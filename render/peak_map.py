@@ -27,7 +27,7 @@ from snowmpm.render import light
 from snowmpm.render.credit import attribution
 from snowmpm.render.figure import check_ending, save
 from snowmpm.render.overlay import ticks
-from snowmpm.render.relief import build_relief, map_shade
+from snowmpm.render.relief import heights_within, map_shade
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 RELEASE, LINE, OBSERVED, BUILT = "#101418", "#e0201b", "#19c5ff", "#8a8a8a"
@@ -49,24 +49,53 @@ def render_map(run_path: PathLike | Run, name: str, output: PathLike, *, observe
     Raises InputError for an unknown raster, one without values, or another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
-    check_ending(output)
-    return save(map_figure(run, name, observed=observed, dpi=dpi), output, dpi)
+    return MapSheet(run, observed, dpi).render(name, output)
 
 
 def map_figure(run, name, *, observed=None, dpi=150):
     """The raster `name` of a `Run` as a Matplotlib figure; arguments and errors as of `render_map`."""
-    raster = _known(run, name)
-    lower, upper = map_box(run, name, observed)
-    figure = Figure(figsize=figure_size(lower, upper), dpi=dpi, layout="constrained")
-    axes = figure.add_subplot(aspect="equal")
-    if run.terrain is not None and run.terrain.facets.shape[1] == 3:
-        draw_terrain(axes, run, lower, upper)
-    draw_raster(figure, axes, run, raster, name, _thin(run, raster))
-    draw_built(axes, run)
-    _draw_lines(axes, run, observed)
-    draw_frame(axes, run, f"{run.title}: {quantity(name).label}", lower, upper)
-    draw_margin(figure, axes, run)
-    return figure
+    return MapSheet(run, observed, dpi).figure(name)
+
+
+class MapSheet:
+    """Figure of the maps of a `Run`, which have ground, lines, frame and margin in common: these are drawn up once, and
+    laid out once. Arguments and errors as of `render_map`."""
+
+    def __init__(self, run, observed=None, dpi=150):
+        self._run, self._observed, self._dpi = run, observed, dpi
+        self._figure, self._box, self._image, self._bar = None, None, None, None
+
+    def render(self, name, output):
+        """Write the map `name`; -> its path."""
+        check_ending(output)
+        return save(self.figure(name), output, self._dpi)
+
+    def figure(self, name):
+        """The figure with the map `name`."""
+        raster = _known(self._run, name)
+        box = np.array(map_box(self._run, name, self._observed))
+        if self._box is None or not np.array_equal(box, self._box):
+            self._begin(*box)
+        elif self._image:
+            self._image.remove()
+            self._bar.clear()
+        axes = self._figure.axes[0]
+        self._image, self._bar = draw_raster(self._figure, axes, self._run, raster, name, _thin(self._run, raster),
+                                             place=self._bar)
+        axes.set_title(f"{self._run.title}: {quantity(name).label}".replace("_", " "))
+        return self._figure
+
+    def _begin(self, lower, upper):
+        run = self._run
+        self._box, self._image, self._bar = np.array([lower, upper]), None, None
+        self._figure = Figure(figsize=figure_size(lower, upper), dpi=self._dpi, layout="constrained")
+        axes = self._figure.add_subplot(aspect="equal")
+        if run.terrain is not None and run.terrain.facets.shape[1] == 3:
+            draw_terrain(axes, run, lower, upper)
+        draw_built(axes, run)
+        _draw_lines(axes, run, self._observed)
+        draw_frame(axes, run, run.title, lower, upper)
+        draw_margin(self._figure, axes, run)
 
 
 def _known(run, name):
@@ -115,20 +144,22 @@ def figure_size(lower: Floats, upper: Floats) -> tuple[float, float]:
 
 def draw_terrain(axes: Axes, run: Run, lower: Floats, upper: Floats) -> None:
     """Draw the shaded ground of a `Run` and its contours between plan corners (2,) [m], relative to its origin."""
-    relief = build_relief(run.terrain, lower, upper)
-    if relief is None:
+    found = heights_within(run.terrain, lower, upper)
+    if found is None:
         return
-    rows, columns = relief.heights.shape
-    east, north = run.origin[0] + relief.x0, run.origin[1] + relief.y0
-    half = 0.5 * relief.cell
-    extent = (east - half, east + columns * relief.cell - half, north - half, north + rows * relief.cell - half)
+    heights, cell = found
+    rows, columns = heights.shape
+    east, north = run.origin[0] + float(lower[0]), run.origin[1] + float(lower[1])
+    half = 0.5 * cell
+    extent = (east - half, east + columns * cell - half, north - half, north + rows * cell - half)
     # Grey, so that every hue on the map belongs to the raster.
-    shade = map_shade(relief.heights, relief.cell)
+    shade = map_shade(heights, cell)
     opaque = np.isfinite(shade)
-    picture = light.encode(np.repeat(np.nan_to_num(shade)[..., None], 3, axis=-1)).astype(float) / 255.0
-    axes.imshow(np.dstack([picture, opaque]), extent=extent, origin="lower", interpolation="bilinear")
-    x, y = east + relief.cell * np.arange(columns), north + relief.cell * np.arange(rows)
-    heights = relief.heights + run.origin[2]
+    picture = light.encode(np.repeat(np.nan_to_num(shade)[..., None], 3, axis=-1))
+    picture = np.dstack([picture, np.where(opaque, np.uint8(255), np.uint8(0))])
+    axes.imshow(picture, extent=extent, origin="lower", interpolation="bilinear")
+    x, y = east + cell * np.arange(columns), north + cell * np.arange(rows)
+    heights = heights + run.origin[2]
     levels = ticks(float(np.nanmin(heights)), float(np.nanmax(heights)))
     fine = np.linspace(levels[0], levels[-1], 5 * (len(levels) - 1) + 1) if len(levels) > 1 else levels
     axes.contour(x, y, heights, levels=fine, colors="0.15", linewidths=0.3, alpha=0.45)
@@ -144,10 +175,11 @@ def _extent(run, raster):
     return [east - half, east + columns * raster.cell - half, north - half, north + rows * raster.cell - half]
 
 
-def draw_raster(figure, axes, run, raster, name, pale, largest=None):
-    """Draw a raster in map coordinates, in its classes, with its colour bar; -> the image.
+def draw_raster(figure, axes, run, raster, name, pale, largest=None, place=None):
+    """Draw a raster in map coordinates, in its classes, with its colour bar; -> the image and the axes of the bar.
 
-    pale (rows, columns): cells drawn faintly; largest: value that the classes hold, by default of the raster.
+    pale (rows, columns): cells drawn faintly; largest: value that the classes hold, by default of the raster; place:
+    axes for the colour bar, new ones where there are none.
     """
     values = shown_values(raster.values, name)
     largest = float(np.nanmax(values)) if largest is None else largest
@@ -160,11 +192,12 @@ def draw_raster(figure, axes, run, raster, name, pale, largest=None):
     image = axes.imshow(values, extent=_extent(run, raster), origin="lower", interpolation="nearest", zorder=3,
                         cmap=colours, norm=norm, alpha=np.where(pale, *OPACITY))
     drawn_bar = matplotlib.cm.ScalarMappable(norm, colours)  # in full colours
-    bar = figure.colorbar(drawn_bar, ax=axes, shrink=0.75, pad=0.02, spacing="uniform", ticks=bounds[:-1])
+    where = {"cax": place} if place else {"ax": axes, "shrink": 0.75, "pad": 0.02}
+    bar = figure.colorbar(drawn_bar, **where, spacing="uniform", ticks=bounds[:-1])
     bar.ax.set_yticklabels([f"{bound / classes.scale:g}" for bound in bounds[:-1]])
     bar.set_label(f"{quantity(name).label}  [{classes.unit}]")
     bar.ax.set_title(f"max {quantity(name, raster.units).text(largest)}", fontsize=9, loc="left")
-    return image
+    return image, bar.ax
 
 
 def shown_values(values, name):

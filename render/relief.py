@@ -1,7 +1,10 @@
 """The ground of a run, ready to draw: cut to the region of interest, with smooth normals and a raster of heights."""
 
+import weakref
+from collections import deque
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -14,6 +17,7 @@ CELLS = 360  # of the height raster, along its longer side
 NORTH_WEST = np.array([-0.58, 0.58, 0.58])  # light on maps
 FLAT = 1e-4  # determinant of the places around a cell, in squares of the width, below which they make no plane
 EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
+_REMEMBERED: deque[Any] = deque(maxlen=2)
 
 
 @dataclass(frozen=True)
@@ -138,6 +142,23 @@ def build_relief(terrain, lower, upper):
         return None
     relief = Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell, len(facets))
     return with_walls(relief, WALL * float(np.ptp(vertices[:, :2], axis=0).max()))
+
+
+def heights_within(terrain, lower, upper):
+    """(heights (rows, columns) [m], NaN in holes, cell [m]) of a terrain in a box as of `build_relief`, or None; those
+    asked for last are remembered, since all maps of a run show the same ground."""
+    box = (*map(float, lower), *map(float, upper))
+    for known, at, found in _REMEMBERED:
+        if known() is terrain and at == box:
+            return found
+    vertices = np.asarray(terrain.vertices, np.float64)
+    facets = terrain.facets[_touching(vertices, terrain.facets, lower, upper)]
+    cell = float(max(np.subtract(upper, lower))) / CELLS
+    shape = np.ceil(np.subtract(upper, lower) / cell).astype(int) + 1
+    heights = height_raster(vertices, facets, lower, cell, tuple(shape)) if len(facets) else None
+    found = None if heights is None else (heights, cell)
+    _REMEMBERED.append((weakref.ref(terrain), box, found))
+    return found
 
 
 def height_raster(vertices, facets, lower, cell, shape):

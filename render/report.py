@@ -38,7 +38,7 @@ from snowmpm.render.document import (
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import WeakLayer
 from snowmpm.render.history_plot import render_history
-from snowmpm.render.peak_map import render_map
+from snowmpm.render.peak_map import MapSheet, render_map
 from snowmpm.render.report_pdf import write_pdf
 from snowmpm.render.run_film import nearest_frame, view_of
 from snowmpm.render.saw_test_plot import render_saw_test
@@ -219,7 +219,8 @@ def _first_map(run, folder):
 
 
 def _maps(run, folder):
-    drawn = [Picture(render_map(run, name, folder / f"{name}.png"), quantity(name).definition)
+    sheet = MapSheet(run)
+    drawn = [Picture(sheet.render(name, folder / f"{name}.png"), quantity(name).definition)
              for name in _shown(run) if name != _first(run)]
     if drawn:
         yield Columns(tuple(drawn))

@@ -30,6 +30,9 @@ HOLLOWS = ((1.5, 0.35), (4.0, 0.30), (12.0, 0.20))
 SHADE = 0.75
 """Of the light that a hollow in snow loses: the rest comes through the snow."""
 
+GROUND_SHADE = 0.5
+"""Of what hollows take from the ground beside snow: all of it would outline the snow."""
+
 CLEAR, HAZY = 2.5, 20.0
 """Distance, in that of the action, from which there is haze, and over which it takes two thirds of the light."""
 
@@ -118,7 +121,7 @@ def ground_light(land, sun, shadow, above, bare):
     sunlight, openness = land.sunlight.copy(), land.openness.copy()
     if shadow is not None:
         sunlight[near] *= shadow.lit(places)
-    openness[near] *= 1.0 + land.within[near] * (above.openness(places) - 1.0)
+    openness[near] *= 1.0 + land.within[near] * GROUND_SHADE * (above.openness(places) - 1.0)
     albedo = land.covered + bare[:, None] * (land.bare - land.covered)
     lit = illuminate(land.normals, sun, 0.12, sunlight, openness)
     lit += 0.6 * BOUNCE * (1.0 - bare)[:, None] * (1.0 - np.minimum(lit, 1.0))

@@ -148,11 +148,13 @@ def _files(run, folder, seen, scores, moments):
 
 def _pictures(run, folder, seen):
     """Draw the pictures; -> their paths."""
-    from snowmpm.render import render_before_after, render_map, render_thalweg, render_thalweg_time
+    from snowmpm.render import render_before_after, render_thalweg, render_thalweg_time
+    from snowmpm.render.peak_map import MapSheet
 
+    sheet = MapSheet(run, seen.rings if seen else None)
     for name, raster in counted(run.maps.items(), "drawing maps", "maps"):
         if (raster.values > 0.0).any():
-            yield render_map(run, name, folder / f"{name}.png", observed=seen.rings if seen else None)
+            yield sheet.render(name, folder / f"{name}.png")
     if all(name in run.maps and (run.maps[name].values > 0.0).any() for name in ("release_depth", "deposit_depth")):
         yield render_before_after(run, folder / "before_after.png")
     if run.hazard.get("profile"):
