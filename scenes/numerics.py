@@ -120,6 +120,9 @@ class Sph(Spec):
 class Depth(Spec):
     """Options of the depth-averaged method."""
 
+    scheme: Literal["columns", "volumes"] = "columns"
+    """columns: particles in plan that carry the snow, with every component; volumes: finite volumes on the grid, of
+    second order and with sharp fronts of thin snow, for snow of one material that is let go at the start"""
     damping: NonNegative = 0.93
     """C_1 of the rate C_1 c / dx at which neighbours give up differences of velocity that are not linear in place [-]:
     it keeps columns in order"""

@@ -71,7 +71,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
         self.frame = Frame(3, precision, given.lower, dx, given.lower, given.upper)
-        first, last = _aligned(given.lower, given.upper, dx, terrain)
+        first, last = aligned(given.lower, given.upper, dx, terrain)
         self.grid = PlanGrid(first, last, dx, [side[0] == "periodic" for side in sides[:2]])
         self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
         self._load: Any = next((one.load for one in self.adapters if one.load), None)
@@ -93,6 +93,10 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if setting["terrain"] is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
+        if options.scheme == "volumes":
+            from snowmpm.depth.volumes.solver import VolumeSolver
+
+            return VolumeSolver(population, laws, options, friction=terrain_friction, **setting)
         return cls(population, laws, options, friction=terrain_friction, **setting)
 
     def _tables(self, friction, sides, population):
@@ -369,7 +373,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
             self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
 
 
-def _aligned(lower, upper, dx, terrain):
+def aligned(lower, upper, dx, terrain):
     """Plan corners of the grid: its cells fall together with those of an elevation raster of the same size."""
     lower, upper = np.asarray(lower, float)[:2], np.asarray(upper, float)[:2]
     lattice = getattr(terrain, "lattice", None)

@@ -1,0 +1,1 @@
+"""Depth-averaged flow by finite volumes: the second scheme of `solver.method = "depth"`, on the cells of a grid."""

@@ -1,0 +1,191 @@
+"""The snow in the cells of a flow by finite volumes, as the program reads particles."""
+
+import numpy as np
+from scipy import sparse
+
+from snowmpm.annotations import derived
+from snowmpm.compiler.runtime import DTYPES
+from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.snapshot import EMPTY, depth_at_nodes
+from snowmpm.particles.contract import Particles
+from snowmpm.particles.material_table import MaterialTable
+from snowmpm.particles.snapshot_probe import SnapshotProbe
+
+SIZES = {"velocity": 2, "volume": 1, "depth": 1}
+"""Numbers of a cell that is read."""
+
+LEAST = 1e-6
+"""Depth [m] from which a cell is read as snow; what is thinner counts in the totals alone."""
+
+
+class FlowCells(Particles):
+    """state (nx + 2 MARGIN, ny + 2 MARGIN, 3): volume over plan H [m], velocity in plan [m/s]; ground (..., 6) as of
+    `kernels.GROUND`; heights of the ground under the middles of the cells [m]."""
+
+    def __init__(self, population, laws, grid, ground, heights, precision):
+        self.grid, self.precision, self.ground, self.heights = grid, precision, ground, heights
+        self.materials = MaterialTable(laws, precision)
+        self.density = float(self.materials.density[population.material[0]]) if len(population.volumes) else 1.0
+        self.material = int(population.material[0]) if len(population.volumes) else 0
+        self.state_array = np.zeros((*(grid.shape + 2 * MARGIN), 3), DTYPES[precision][1])
+        self.repeats, self.constants, self.sorts = np.append(grid.repeats, False), {}, 0
+        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0, "laid": 0.0,
+                        "momentum": np.zeros(3), "carried": 0.0}
+        cell, offset = grid.cells(population.positions[:, :2])
+        inner = self.inner(self.state_array)
+        if len(cell):
+            # Spread as columns are, by the spline: where they lie within cells does not show
+            parts = [depth_at_nodes(grid, cell, np.column_stack([offset, offset, population.volumes * part]))
+                     for part in (np.ones(len(cell)), *population.velocities[:, :2].T)]
+            first, volume = parts[0]
+            place = tuple(slice(low, low + n) for low, n in zip(first, volume.shape, strict=True))
+            inner[(*place, 0)] = volume
+            for axis in (0, 1):
+                inner[(*place, 1 + axis)] = parts[1 + axis][1] / np.maximum(volume, 1e-30)
+        # Cells are numbered by their place, whether there is snow in them or not
+        self.bodies = np.zeros(int(grid.shape.prod()), int)
+        plan = grid.places().reshape(-1, 2)
+        self.origins = np.column_stack([plan, self.inner(heights).ravel()])
+        self._seen = None
+
+    @staticmethod
+    def inner(array):
+        """The part of an array (nx + 2 MARGIN, ny + 2 MARGIN, ...) within the sides."""
+        return array[MARGIN:-MARGIN, MARGIN:-MARGIN]
+
+    def changed(self):
+        """To be called when the snow has moved."""
+        self._seen = None
+
+    @derived
+    def count(self):
+        """Cells with snow."""
+        return len(self.snapshot().labels)
+
+    @derived
+    def mass(self):
+        """Of all snow [kg]."""
+        return float(self.inner(self.state_array)[..., 0].sum(dtype=float)) * self.grid.dx**2 * self.density
+
+    @property
+    def sizes(self):
+        """Numbers that a cell carries."""
+        return SIZES
+
+    @property
+    def number_bytes(self):
+        """Bytes of a number."""
+        return self.state_array.itemsize
+
+    @property
+    def bytes_per_particle(self):
+        """Memory of a cell."""
+        return 26.0 * self.number_bytes
+
+    @property
+    def n_blocks(self):
+        """Tiles that hold snow."""
+        wet = np.argwhere(self.inner(self.state_array)[..., 0] > LEAST) // 8
+        return len(np.unique(wet, axis=0))
+
+    def snapshot(self):
+        """`CellSnapshot` of the cells with snow as they are now; the same one until they change."""
+        if self._seen is None:
+            self._seen = CellSnapshot(self)
+        return self._seen
+
+    def column(self, name):
+        """Copy of one column (n, size), as `CellSnapshot.column` has it."""
+        return self.snapshot().column(name)
+
+    def positions(self):
+        """Scene coordinates [m] (n, 3), at half the depth."""
+        return self.snapshot().positions()
+
+    def probe(self, chosen, total):
+        """`SnapshotProbe` of the cells with the numbers `chosen` (k,) of `total`."""
+        return SnapshotProbe(self, chosen)
+
+    def masses(self):
+        """Mass of each cell with snow (n,) [kg]."""
+        return self.snapshot().column("volume")[:, 0] * self.density
+
+    def sums_in_plan(self, lower, cell, shape):
+        """Sums over plan cells (`particles.contract.Particles`), each cell spread evenly over those it covers."""
+        snapshot = self.snapshot()
+        if not len(snapshot.labels):
+            return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 4))
+        first, last = snapshot.cells.min(axis=0), snapshot.cells.max(axis=0) + 1
+        spread, window = [], []
+        for axis in (0, 1):
+            at = (self.grid.lower[axis] + self.grid.dx * np.arange(first[axis], last[axis] + 1) - lower[axis]) / cell
+            low = int(np.clip(np.floor(at[0] + 1e-9), 0, shape[axis]))
+            high = int(np.clip(np.ceil(at[-1] - 1e-9), low, shape[axis]))
+            edges = np.arange(low, high + 1)
+            shares = np.clip(np.minimum(edges[1:, None], at[None, 1:]) - np.maximum(edges[:-1, None], at[None, :-1]),
+                             0.0, None) / (self.grid.dx / cell)
+            spread.append(sparse.csr_matrix(np.where(shares > 1e-9, shares, 0.0)))
+            window.append(slice(low, high))
+        volume = snapshot.column("volume")[:, 0]
+        speed2 = (snapshot.column("velocity") ** 2).sum(axis=1)
+        box = np.zeros((*(last - first), 4))
+        mass = volume * self.density
+        box[tuple((snapshot.cells - first).T)] = np.column_stack([volume, mass, mass * np.sqrt(speed2), mass * speed2])
+        sums = np.stack([spread[0] @ box[..., k] @ spread[1].T for k in range(4)], axis=-1)
+        return tuple(window), sums
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All cells, by name."""
+        return {"cells": self.state_array.copy(), "removed": {**self.removed}, "sorts": self.sorts}
+
+    def restore(self, state):
+        """Take over a `state()`."""
+        self.state_array[:] = state["cells"]
+        self.removed = {**state["removed"], "momentum": np.array(state["removed"]["momentum"])}
+        self.sorts = state["sorts"]
+        self.changed()
+
+
+class CellSnapshot:
+    """Cells with snow at one moment. labels (n, 2): index of the material, and number of the cell, which it keeps;
+    cells (n, 2) in plan."""
+
+    def __init__(self, store):
+        inner = store.inner(store.state_array)
+        self.cells = np.argwhere(inner[..., 0] > LEAST)
+        at = tuple(self.cells.T)
+        self._values, self._ground = inner[at].astype(float), store.inner(store.ground)[at].astype(float)
+        self._heights, self._grid = store.inner(store.heights)[at], store.grid
+        number = np.ravel_multi_index(at, tuple(store.grid.shape)) if len(self.cells) else np.zeros(0, int)
+        self.labels = np.column_stack([np.full(len(number), store.material), number])
+
+    def column(self, name):
+        """(n, size), float64: velocity (3) [m/s] along the ground, volume [m3], depth normal to the ground [m],
+        volume_ratio 1; zeros for what cells have none of."""
+        n = len(self.cells)
+        if name == "velocity":
+            plan = self._values[:, 1:]
+            return np.column_stack([plan, (plan * self._ground[:, :2]).sum(axis=1)])
+        if name == "volume_ratio":
+            return np.ones((n, 1))
+        if name in EMPTY:
+            return np.zeros((n, EMPTY[name]))
+        return {"volume": self._values[:, :1] * self._grid.dx**2,
+                "depth": self._values[:, :1] * self._ground[:, 5:]}[name]
+
+    def depth(self):
+        """Thickness normal to the ground (n,) [m]."""
+        return self.column("depth")[:, 0]
+
+    thickness = depth
+
+    def plan(self):
+        """Places in plan (n, 2) [m]: the middles of the cells."""
+        return self._grid.plan(self.cells, 0.0)
+
+    def positions(self):
+        """Scene coordinates [m] (n, 3): half of the snow's surface above the ground."""
+        surface = self._values[:, 0] * self._ground[:, 5] ** 2
+        return np.column_stack([self.plan(), self._heights + 0.5 * surface])

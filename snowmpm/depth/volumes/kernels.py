@@ -1,0 +1,354 @@
+"""One step of finite volumes for a flow over steep ground, of second order in space and time.
+
+With H = h / cos the volume over a unit of plan, w the velocity in plan, s = grad b the slope of the ground and
+G^-1 = I - s s / (1 + s^2) the inverse of the metric of its surface, a flow of thickness h normal to the ground obeys
+
+    dH/dt + div(H w) = 0
+    d(H w)/dt + div(H w w) = -(1 / cos) G^-1 grad P - H cos^2 (g + w.B w) s - friction,   P = g cos h^2 / 2,  B = grad s
+
+(Savage and Hutter 1989, doi:10.1017/S0022112089000340, on curved ground as Bouchut et al. 2003,
+doi:10.1016/S1631-073X(03)00117-1; the forces are those of the columns, `depth.gather`). A step:
+
+    friction dt/2;  slopes of H and w, each limited (minmod);  H and w half a step later in each cell (MUSCL-Hancock,
+    van Leer 1984, doi:10.1137/0905001);  fluxes between cells by HLLC (Toro 2001, ISBN 0-471-98766-1, section 10.6),
+    with the speed of a front on dry ground;  gravity;  friction dt/2
+
+The metric of a face is that of the mean slope of its cells. What a face pushes is counted against the pressure within
+each cell, so that even snow on bent ground is not pushed. What crosses a face is turned from the plane of one cell into
+that of the other without a change of its speed, which is the term w.B w: bends as sharp as the cells, as gullies have
+them, neither add energy nor take any. Cells at rest whose drive is below the dry friction are held: no mass crosses the
+face between two of them, so that a deposit does not creep.
+"""
+
+import functools
+from typing import NamedTuple
+
+from snowmpm.compiler import ti
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
+from snowmpm.compiler.parallel import strided, strides
+from snowmpm.materials.parameters import named
+
+TILE = 8
+"""Cells along the side of a tile; tiles without snow, and none near, are left out."""
+
+DRY = 1e-7
+"""Depth [m] below which a cell has no velocity."""
+
+LEAST_DEPTH = 1e-3
+"""Depth [m] below which friction takes a cell for this deep, as of columns (`depth.gather`)."""
+
+REPORT = 4
+RATE, WORK, SPEED2 = 0, 1, 2
+"""Numbers of a tile's report: largest sum of |w| + c along both axes over dx [1/s], work of friction over the density
+[m5/s2], largest speed squared."""
+
+GROUND = 6
+"""Numbers of the ground in a cell: s (2), B (3: xx, yy, xy), cos."""
+
+SLOPES, FLUX = 6, 4
+"""Numbers of the slopes of a cell: of H, u, v along x, then along y; of a flux: mass, momentum across and along the
+face, mean pressure."""
+
+
+class Cells(NamedTuple):
+    """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 3) of H, u, v; held (n,);
+    ahead (n, 3): half a step later; slopes (n, 6); flux (n, 2, 4) of the faces towards +x and +y; ground (n, 6)."""
+
+    state: Array
+    held: Array
+    ahead: Array
+    slopes: Array
+    flux: Array
+    ground: Array
+
+
+class Friction(NamedTuple):
+    """place (n,): row of each cell in numbers; rho [kg/m3]."""
+
+    place: Array
+    numbers: Array
+    rho: Real
+
+
+class Tiles(NamedTuple):
+    """live (tiles,): whether there is snow in or near; their number, rows of them along y, cells along x and y."""
+
+    live: Array
+    n: int
+    rows: int
+    nx: int
+    ny: int
+
+
+class Step(NamedTuple):
+    """dt [s]; dx [m]; g [m/s2]; share of the centrifugal term that counts."""
+
+    dt: Real
+    dx: Real
+    g: Real
+    centrifugal: Real
+
+
+class Kernels(NamedTuple):
+    """Those of a step, in their order."""
+
+    rub: object
+    predict: object
+    cross: object
+    update: object
+
+
+@ti.func
+def minmod(a, b):
+    """The smaller of two slopes, 0 where they differ in sign."""
+    found = ti.select(ti.abs(a) < ti.abs(b), a, b)
+    return ti.select(a * b > 0.0, found, 0.0 * a)
+
+
+@functools.cache
+def kernels(real, law, serial):
+    """`Kernels` for a law of friction (`snowmpm.ground`)."""
+    stress, names = law.stress, law.PARAMETERS
+    n_numbers = len(names._fields)
+
+    @ti.func
+    def slope_at(cells: ti.template(), c):
+        return ti.Vector([cells.ground[c, 0], cells.ground[c, 1]])
+
+    @ti.func
+    def velocity_of(cells: ti.template(), c):
+        return ti.Vector([cells.state[c, 1], cells.state[c, 2]])
+
+    @ti.func
+    def carried(w, a, b):
+        """A velocity w in plan, along the plane of slope a, turned into that of slope b: as long as before."""
+        ca, cb = 1.0 / ti.sqrt(1.0 + a.dot(a)), 1.0 / ti.sqrt(1.0 + b.dot(b))
+        return w + (a * ca + b * cb) * (cb * w.dot(a - b) / (1.0 + ca * cb * (1.0 + a.dot(b))))
+
+    @ti.func
+    def surface_speed(u, v, sx, sy):
+        return ti.sqrt(u * u + v * v + (u * sx + v * sy) ** 2)
+
+    @ti.func
+    def resisted(cells: ti.template(), friction: ti.template(), step: ti.template(), c, H, u, v, dt):
+        """u, v after friction for dt, dry resistance [m/s2] at rest, and the work of friction over rho and plan."""
+        sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
+        turn = cells.ground[c, 2] * u * u + cells.ground[c, 3] * v * v + 2.0 * cells.ground[c, 4] * u * v
+        normal = ti.max(0.0 * H, cosine * (step.g + step.centrifugal * turn))
+        depth = ti.max(ti.cast(LEAST_DEPTH, real), H * cosine)
+        at = friction.place[c]
+        numbers = ti.Vector([ti.cast(friction.numbers[ti.max(at, 0), k], real) for k in ti.static(range(n_numbers))])
+        speed = surface_speed(u, v, sx, sy)
+        weight = friction.rho * depth
+        tau = stress(named(names, numbers), friction.rho, weight * normal, speed, depth)
+        slowed = ti.max(0.0 * H, speed - dt * tau[0] / weight) / (1.0 + dt * tau[1] / weight)
+        if tau[1] < 0.0:  # a law that weakens with speed
+            slowed = ti.max(0.0 * H, speed - dt * (tau[0] + tau[1] * speed) / weight)
+        kept = slowed / ti.max(speed, ti.cast(1e-30, real))
+        return ti.Vector([u * kept, v * kept, tau[0] / weight, 0.5 * H * (speed * speed - slowed * slowed)])
+
+    @grouped_kernel(real)
+    def rub(cells: Cells, friction: Friction, tiles: Tiles, step: Step, report: Array):
+        """Friction for half a step; which cells are held."""
+        ti.loop_config(serialize=serial)
+        for turn in range(strides(tiles.n)):
+            tile = strided(turn, tiles.n)
+            if tile < tiles.n and tiles.live[tile] > 0:
+                work = ti.cast(0.0, ti.f64)
+                for inner in range(TILE * TILE):
+                    i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
+                    if 0 < i < tiles.nx - 1 and 0 < j < tiles.ny - 1:
+                        c = i * tiles.ny + j
+                        H, u, v = cells.state[c, 0], cells.state[c, 1], cells.state[c, 2]
+                        cells.held[c] = 1
+                        if H > DRY:
+                            sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
+                            found = resisted(cells, friction, step, c, H, u, v, 0.5 * step.dt)
+                            if u == 0.0 and v == 0.0:
+                                # the steeper side counts: the edge of a deposit must be able to give way
+                                up, down = cells.state[c + tiles.ny, 0] - H, H - cells.state[c - tiles.ny, 0]
+                                left, right = cells.state[c + 1, 0] - H, H - cells.state[c - 1, 0]
+                                gx = ti.select(ti.abs(up) > ti.abs(down), up, down) / step.dx
+                                gy = ti.select(ti.abs(left) > ti.abs(right), left, right) / step.dx
+                                push = step.g * cosine * cosine
+                                along = cosine * cosine * (gx * sx + gy * sy)
+                                ax, ay = -push * (gx - along * sx + sx), -push * (gy - along * sy + sy)
+                                if surface_speed(ax, ay, sx, sy) > found[2]:
+                                    cells.held[c] = 0
+                            else:
+                                cells.held[c] = 0
+                                work += ti.cast(found[3], ti.f64)
+                                cells.state[c, 1], cells.state[c, 2] = found[0], found[1]
+                report[tile, WORK] += work
+
+    @ti.func
+    def slopes_along(cells: ti.template(), c, step):
+        """Limited differences of H, u, v across cell c, whose neighbours are `step` apart. Velocities of neighbours are
+        turned into the plane of the cell, so that the ground's bends are no differences; dry ones have none."""
+        H, own = cells.state[c, 0], slope_at(cells, c)
+        w = velocity_of(cells, c)
+        ahead = carried(velocity_of(cells, c + step), slope_at(cells, c + step), own)
+        behind = carried(velocity_of(cells, c - step), slope_at(cells, c - step), own)
+        wet_up, wet_down = cells.state[c + step, 0] > DRY, cells.state[c - step, 0] > DRY
+        found = ti.Vector([minmod(cells.state[c + step, 0] - H, H - cells.state[c - step, 0]), 0.0 * H, 0.0 * H])
+        for k in ti.static(range(2)):
+            up, down = ahead[k] - w[k], w[k] - behind[k]
+            if wet_up and wet_down:
+                found[1 + k] = minmod(up, down)
+            elif wet_up:
+                found[1 + k] = up
+            elif wet_down:
+                found[1 + k] = down
+        return found
+
+    @grouped_kernel(real)
+    def predict(cells: Cells, tiles: Tiles, step: Step):
+        """Slopes, and each cell half a step later by itself."""
+        ti.loop_config(serialize=serial)
+        for turn in range(strides(tiles.n)):
+            tile = strided(turn, tiles.n)
+            if tile < tiles.n and tiles.live[tile] > 0:
+                for inner in range(TILE * TILE):
+                    i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
+                    if 0 < i < tiles.nx - 1 and 0 < j < tiles.ny - 1:
+                        c = i * tiles.ny + j
+                        H, u, v = cells.state[c, 0], cells.state[c, 1], cells.state[c, 2]
+                        slopes = ti.Vector.zero(real, SLOPES)
+                        ahead = ti.Vector([H, u, v])
+                        if H > DRY and cells.held[c] == 0:
+                            along_x, along_y = slopes_along(cells, c, tiles.ny), slopes_along(cells, c, 1)
+                            for k in ti.static(range(3)):
+                                slopes[k], slopes[3 + k] = along_x[k], along_y[k]
+                            sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
+                            cos2 = cosine * cosine
+                            along = cos2 * (slopes[0] * sx + slopes[3] * sy)
+                            push, pull = step.g * cos2, cos2 * step.g * step.dx
+                            half = 0.5 * step.dt / step.dx
+                            ahead[0] = ti.max(0.0 * H, H - half * (u * slopes[0] + H * slopes[1] + v * slopes[3]
+                                                                   + H * slopes[5]))
+                            ahead[1] = u - half * (u * slopes[1] + v * slopes[4] + push * (slopes[0] - along * sx)
+                                                   + pull * sx)
+                            ahead[2] = v - half * (u * slopes[2] + v * slopes[5] + push * (slopes[3] - along * sy)
+                                                   + pull * sy)
+                            if ahead[0] < 0.5 * ti.max(ti.abs(slopes[0]), ti.abs(slopes[3])):
+                                # no depth below zero at a face
+                                for a in ti.static(range(2)):
+                                    most = 2.0 * ahead[0]
+                                    slopes[3 * a] = ti.max(-most, ti.min(most, slopes[3 * a]))
+                        for k in ti.static(range(3)):
+                            cells.ahead[c, k] = ahead[k]
+                        for k in ti.static(range(SLOPES)):
+                            cells.slopes[c, k] = slopes[k]
+
+    @ti.func
+    def face(cells: ti.template(), step: ti.template(), a, b, axis: ti.template()):
+        """What crosses the face between the cells a and b along an axis, per length of face (`Cells.flux`)."""
+        n, t = ti.static(1 + axis), ti.static(2 - axis)
+        flux = ti.Vector.zero(real, FLUX)
+        HL = cells.ahead[a, 0] + 0.5 * cells.slopes[a, 3 * axis]
+        HR = cells.ahead[b, 0] - 0.5 * cells.slopes[b, 3 * axis]
+        if HL > DRY or HR > DRY:
+            sx = 0.5 * (cells.ground[a, 0] + cells.ground[b, 0])
+            sy = 0.5 * (cells.ground[a, 1] + cells.ground[b, 1])
+            across = ti.select(axis == 0, sy, sx)
+            cosine = 1.0 / ti.sqrt(1.0 + sx * sx + sy * sy)
+            metric = cosine * (1.0 + across * across)
+            mean, first = ti.Vector([sx, sy]), 3 * axis
+            left, right = ti.Vector.zero(real, 2), ti.Vector.zero(real, 2)
+            for k in ti.static(range(2)):
+                left[k] = cells.ahead[a, 1 + k] + 0.5 * cells.slopes[a, first + 1 + k]
+                right[k] = cells.ahead[b, 1 + k] - 0.5 * cells.slopes[b, first + 1 + k]
+            left, right = carried(left, slope_at(cells, a), mean), carried(right, slope_at(cells, b), mean)
+            uL, uR, vL, vR = left[n - 1], right[n - 1], left[t - 1], right[t - 1]
+            stiff = step.g * cosine**3
+            pL, pR = 0.5 * stiff * HL * HL, 0.5 * stiff * HR * HR
+            cL, cR = ti.sqrt(metric * stiff * HL), ti.sqrt(metric * stiff * HR)
+            middle, wave = 0.5 * (uL + uR) + cL - cR, 0.5 * (cL + cR) + 0.25 * (uL - uR)
+            low = ti.min(uL - cL, middle - ti.abs(wave))
+            high = ti.max(uR + cR, middle + ti.abs(wave))
+            if HL <= DRY:  # dry ground is reached at the speed of its front
+                low, high = uR - 2.0 * cR, uR + cR
+            if HR <= DRY:
+                low, high = uL - cL, uL + 2.0 * cL
+            low, high = ti.min(low, 0.0), ti.max(high, 0.0)
+            wide = 1.0 / ti.max(high - low, ti.cast(1e-12, real))
+            mass = (high * HL * uL - low * HR * uR + low * high * (HR - HL)) * wide
+            flux[1] = (high * (HL * uL * uL + metric * pL) - low * (HR * uR * uR + metric * pR)
+                       + low * high * (HR * uR - HL * uL)) * wide
+            flux[3] = 0.5 * (pL + pR)
+            if cells.held[a] == 1 and cells.held[b] == 1:
+                mass = 0.0 * mass
+            flux[0] = mass
+            flux[2] = mass * ti.select(mass > 0.0, vL, vR)
+        return flux
+
+    @grouped_kernel(real)
+    def cross(cells: Cells, tiles: Tiles, step: Step):
+        """Fluxes of the faces towards +x and +y."""
+        ti.loop_config(serialize=serial)
+        for turn in range(strides(tiles.n)):
+            tile = strided(turn, tiles.n)
+            if tile < tiles.n and tiles.live[tile] > 0:
+                for inner in range(TILE * TILE):
+                    i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
+                    if 0 < i < tiles.nx - 2 and 0 < j < tiles.ny - 2:
+                        c = i * tiles.ny + j
+                        x, y = face(cells, step, c, c + tiles.ny, 0), face(cells, step, c, c + 1, 1)
+                        for k in ti.static(range(FLUX)):
+                            cells.flux[c, 0, k], cells.flux[c, 1, k] = x[k], y[k]
+
+    @ti.func
+    def pushed(cells: ti.template(), step: ti.template(), a, b, c, axis: ti.template()):
+        """Momentum (2) that crosses the face from a to b into or out of c, against the pressure in c."""
+        sx = 0.5 * (cells.ground[a, 0] + cells.ground[b, 0])
+        sy = 0.5 * (cells.ground[a, 1] + cells.ground[b, 1])
+        cosine = 1.0 / ti.sqrt(1.0 + sx * sx + sy * sy)
+        across = ti.select(axis == 0, sy, sx)
+        own = 0.5 * step.g * cells.ground[c, 5] ** 3 * cells.ahead[c, 0] ** 2
+        n, t = (cells.flux[a, axis, 1] - cosine * (1.0 + across * across) * own,
+                cells.flux[a, axis, 2] - cosine * sx * sy * (cells.flux[a, axis, 3] - own))
+        return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([sx, sy]), slope_at(cells, c))
+
+    @grouped_kernel(real)
+    def update(cells: Cells, friction: Friction, tiles: Tiles, step: Step, report: Array):
+        """What crossed the faces, gravity, and the second half of friction."""
+        ti.loop_config(serialize=serial)
+        for turn in range(strides(tiles.n)):
+            tile = strided(turn, tiles.n)
+            if tile < tiles.n and tiles.live[tile] > 0:
+                rate, work, fastest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+                for inner in range(TILE * TILE):
+                    i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
+                    if 1 < i < tiles.nx - 2 and 1 < j < tiles.ny - 2:
+                        c = i * tiles.ny + j
+                        H, u, v = cells.state[c, 0], cells.state[c, 1], cells.state[c, 2]
+                        left, below = c - tiles.ny, c - 1
+                        share = step.dt / step.dx
+                        gain = (cells.flux[left, 0, 0] - cells.flux[c, 0, 0] + cells.flux[below, 1, 0]
+                                - cells.flux[c, 1, 0])
+                        into, out = pushed(cells, step, left, c, c, 0), pushed(cells, step, c, c + tiles.ny, c, 0)
+                        under, over = pushed(cells, step, below, c, c, 1), pushed(cells, step, c, c + 1, c, 1)
+                        new = ti.max(0.0 * H, H + share * gain)
+                        sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
+                        pull = step.dt * cells.ahead[c, 0] * cosine * cosine * step.g
+                        mx = H * u + share * (into[0] - out[0] + under[0] - over[0]) - pull * sx
+                        my = H * v + share * (into[1] - out[1] + under[1] - over[1]) - pull * sy
+                        u, v = 0.0 * H, 0.0 * H
+                        if new > DRY:
+                            u, v = mx / new, my / new
+                        if new > DRY and (u != 0.0 or v != 0.0):
+                            # the first half does not act on snow that is held: it gets all of it here
+                            rest = ti.select(cells.held[c] == 1, 1.0, 0.5) * step.dt
+                            found = resisted(cells, friction, step, c, new, u, v, rest)
+                            u, v = found[0], found[1]
+                            work += ti.cast(found[3], ti.f64)
+                        cells.state[c, 0], cells.state[c, 1], cells.state[c, 2] = new, u, v
+                        if new > DRY:
+                            wave = ti.sqrt(step.g * new * cosine**4)
+                            wide = wave * (ti.sqrt(1.0 + sx * sx) + ti.sqrt(1.0 + sy * sy))
+                            rate = ti.max(rate, ti.cast((ti.abs(u) + ti.abs(v) + wide) / step.dx, ti.f64))
+                            fastest = ti.max(fastest, ti.cast(surface_speed(u, v, sx, sy) ** 2, ti.f64))
+                report[tile, RATE], report[tile, SPEED2] = rate, fastest
+                report[tile, WORK] += work
+
+    return Kernels(rub, predict, cross, update)
