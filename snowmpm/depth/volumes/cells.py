@@ -42,10 +42,13 @@ class FlowCells(Particles):
             inner[(*place, 0)] = volume
             for axis in (0, 1):
                 inner[(*place, 1 + axis)] = parts[1 + axis][1] / np.maximum(volume, 1e-30)
-        # Cells are numbered by their place, whether there is snow in them or not
+        # Cells are numbered by their place, whether there is snow in them or not. Snow that is found where there was
+        # none came from somewhere: that is taken to be the highest place of the release
         self.bodies = np.zeros(int(grid.shape.prod()), int)
-        plan = grid.places().reshape(-1, 2)
-        self.origins = np.column_stack([plan, self.inner(heights).ravel()])
+        self.origins = np.column_stack([grid.places().reshape(-1, 2), self.inner(heights).ravel()])
+        wet = (inner[..., 0] > LEAST).ravel()
+        if wet.any():
+            self.origins[~wet] = self.origins[wet][self.origins[wet, 2].argmax()]
         self._seen = None
 
     @staticmethod

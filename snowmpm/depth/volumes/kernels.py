@@ -52,10 +52,12 @@ face, mean pressure."""
 
 class Cells(NamedTuple):
     """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 3) of H, u, v; held (n,);
+    share (n,): of what would flow out of it in the step, how much there is;
     ahead (n, 3): half a step later; slopes (n, 6); flux (n, 2, 4) of the faces towards +x and +y; ground (n, 6)."""
 
     state: Array
     held: Array
+    share: Array
     ahead: Array
     slopes: Array
     flux: Array
@@ -95,6 +97,7 @@ class Kernels(NamedTuple):
     rub: object
     predict: object
     cross: object
+    drain: object
     update: object
 
 
@@ -297,6 +300,32 @@ def kernels(real, law, serial):
                         for k in ti.static(range(FLUX)):
                             cells.flux[c, 0, k], cells.flux[c, 1, k] = x[k], y[k]
 
+    @grouped_kernel(real)
+    def drain(cells: Cells, tiles: Tiles, step: Step):
+        """Which share of its outflow a cell has."""
+        ti.loop_config(serialize=serial)
+        for turn in range(strides(tiles.n)):
+            tile = strided(turn, tiles.n)
+            if tile < tiles.n and tiles.live[tile] > 0:
+                for inner in range(TILE * TILE):
+                    i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
+                    if 1 < i < tiles.nx - 2 and 1 < j < tiles.ny - 2:
+                        c, none = i * tiles.ny + j, ti.cast(0.0, real)
+                        out = (ti.max(cells.flux[c, 0, 0], none) - ti.min(cells.flux[c - tiles.ny, 0, 0], none)
+                               + ti.max(cells.flux[c, 1, 0], none) - ti.min(cells.flux[c - 1, 1, 0], none))
+                        there = cells.state[c, 0] * step.dx / step.dt
+                        cells.share[c] = there / out if out > there else ti.cast(1.0, real)
+
+    @ti.func
+    def kept_back(cells: ti.template(), a, b, axis: ti.template()):
+        """The share of the flux from a to b that its giver does not have."""
+        return 1.0 - ti.select(cells.flux[a, axis, 0] > 0.0, cells.share[a], cells.share[b])
+
+    @ti.func
+    def crossing(cells: ti.template(), a, b, axis: ti.template()):
+        """Mass that goes from a to b."""
+        return cells.flux[a, axis, 0] * (1.0 - kept_back(cells, a, b, axis))
+
     @ti.func
     def pushed(cells: ti.template(), step: ti.template(), a, b, c, axis: ti.template()):
         """Momentum (2) that crosses the face from a to b into or out of c, against the pressure in c."""
@@ -305,8 +334,10 @@ def kernels(real, law, serial):
         cosine = 1.0 / ti.sqrt(1.0 + sx * sx + sy * sy)
         across = ti.select(axis == 0, sy, sx)
         own = 0.5 * step.g * cells.ground[c, 5] ** 3 * cells.ahead[c, 0] ** 2
-        n, t = (cells.flux[a, axis, 1] - cosine * (1.0 + across * across) * own,
-                cells.flux[a, axis, 2] - cosine * sx * sy * (cells.flux[a, axis, 3] - own))
+        less = kept_back(cells, a, b, axis)
+        giver = ti.select(cells.flux[a, axis, 0] > 0.0, cells.ahead[a, 1 + axis], cells.ahead[b, 1 + axis])
+        n, t = (cells.flux[a, axis, 1] - less * cells.flux[a, axis, 0] * giver - cosine * (1.0 + across * across) * own,
+                (1.0 - less) * cells.flux[a, axis, 2] - cosine * sx * sy * (cells.flux[a, axis, 3] - own))
         return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([sx, sy]), slope_at(cells, c))
 
     @grouped_kernel(real)
@@ -324,8 +355,8 @@ def kernels(real, law, serial):
                         H, u, v = cells.state[c, 0], cells.state[c, 1], cells.state[c, 2]
                         left, below = c - tiles.ny, c - 1
                         share = step.dt / step.dx
-                        gain = (cells.flux[left, 0, 0] - cells.flux[c, 0, 0] + cells.flux[below, 1, 0]
-                                - cells.flux[c, 1, 0])
+                        gain = (crossing(cells, left, c, 0) - crossing(cells, c, c + tiles.ny, 0)
+                                + crossing(cells, below, c, 1) - crossing(cells, c, c + 1, 1))
                         into, out = pushed(cells, step, left, c, c, 0), pushed(cells, step, c, c + tiles.ny, c, 0)
                         under, over = pushed(cells, step, below, c, c, 1), pushed(cells, step, c, c + 1, c, 1)
                         new = ti.max(0.0 * H, H + share * gain)
@@ -351,4 +382,4 @@ def kernels(real, law, serial):
                 report[tile, RATE], report[tile, SPEED2] = rate, fastest
                 report[tile, WORK] += work
 
-    return Kernels(rub, predict, cross, update)
+    return Kernels(rub, predict, cross, drain, update)

@@ -60,8 +60,9 @@ class VolumeSolver(Method, Forecasts):
         self._tiles = steps.Tiles(self._live, len(self._live), rows, nx, ny)
         self._report = np.zeros((len(self._live), steps.REPORT))
         flat = self.particles.state_array.reshape(n, 3)
-        self._cells = steps.Cells(flat, np.ones(n, np.int32), np.zeros((n, 3), real), np.zeros((n, steps.SLOPES), real),
-                                  np.zeros((n, 2, steps.FLUX), real), self.particles.ground.reshape(n, steps.GROUND))
+        empty = [np.zeros((n, *shape), real) for shape in ((3,), (steps.SLOPES,), (2, steps.FLUX))]
+        self._cells = steps.Cells(flat, np.ones(n, np.int32), np.ones(n, real), *empty,
+                                  self.particles.ground.reshape(n, steps.GROUND))
         law, g = friction.law if isinstance(friction, GroundFriction) else friction, -float(self.gravity[2])
         self._law, place = type(law), np.zeros((nx, ny), np.int32)
         if isinstance(friction, GroundFriction) and friction.varies:
@@ -107,6 +108,8 @@ class VolumeSolver(Method, Forecasts):
             kernels.predict(self._cells, self._tiles, step)
             self._mirror_ahead()
             kernels.cross(self._cells, self._tiles, step)
+            kernels.drain(self._cells, self._tiles, step)
+            self._fill(self._cells.share.reshape(*self.particles.state_array.shape[:2], 1), (None, None))
             kernels.update(self._cells, self._friction, self._tiles, step, self._report)
         self.time += dt
         self.steps += 1
@@ -298,9 +301,10 @@ def _derivatives(heights, dx):
 
 
 def _turned(part, velocity):
-    """A mirror image: number `velocity` of the last axis changes sign."""
+    """A mirror image: number `velocity` of the last axis, if any, changes sign."""
     part = part.copy()
-    part[..., velocity] *= -1.0
+    if velocity is not None:
+        part[..., velocity] *= -1.0
     return part
 
 
