@@ -211,6 +211,7 @@ def test_what_it_does_not_compute_is_refused():
             ({"obstacles": [{"name": "mast", "shape": {"kind": "cylinder", "base": [2.0, 0.7, -5.0],
                                                        "axis": [0.0, 0.0, 1.0], "radius": 0.3, "height": 9.0}}]},
              "knows no obstacles"),
+            ({"solver": {**scene["solver"], "depth": {"scheme": "volumes", "rim": 0.05}}}, "acts on columns"),
             ({"bodies": [{**scene["bodies"][0], "start_time": 0.5}]}, "let go at the start")):
         with pytest.raises(InputError, match=words):
             snowmpm.Simulation(Scene.model_validate({**scene, **more}))

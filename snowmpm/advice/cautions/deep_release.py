@@ -27,6 +27,8 @@ def deep_release(facts):
 def parted_front(facts):
     """Columns that stand apart where snow deeper than a cell is let go at its rim (cases D2, D4 and P8)."""
     solver = facts.scene.solver
+    if solver.depth.scheme != "columns":
+        return
     for i, body in enumerate(facts.scene.bodies):
         top = body.shape.top if body.shape.kind == "layer" else None
         if isinstance(top, int | float) and top - body.shape.bottom > solver.dx and not solver.depth.rim:

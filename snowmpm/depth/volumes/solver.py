@@ -33,7 +33,7 @@ class VolumeSolver(Method, Forecasts):
     def __init__(self, population, laws, options, *, friction, **setting):
         """Arguments as of `depth.solver.DepthSolver`. Raises InputError for what this scheme does not compute."""
         given = Setting(**setting)
-        _refuse(population, given)
+        _refuse(population, options, given)
         self.precision, self.options, self.adapters = given.precision, options, Adapters(given.adapters)
         self.gravity = np.asarray(given.gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
@@ -269,8 +269,15 @@ class VolumeSolver(Method, Forecasts):
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
 
 
-def _refuse(population, given):
-    scheme = 'solver.depth.scheme = "volumes"'
+OF_COLUMNS = ("damping", "mixing", "rim")
+"""Options that act on columns alone."""
+
+
+def _refuse(population, options, given):
+    scheme, usual = 'solver.depth.scheme = "volumes"', type(options)()
+    for name in OF_COLUMNS:
+        if options[name] != usual[name]:
+            raise InputError.at(f"solver.depth.{name}", options[name], f"acts on columns, and goes without {scheme}")
     if len(np.unique(population.material)) > 1:
         raise InputError(f"{scheme}: takes snow of one material; columns take several")
     if (population.starts > 0.0).any():
