@@ -103,13 +103,14 @@ def downhill(points):
 @dataclass(frozen=True)
 class Stance:
     """How a camera stands that is chosen: elevations [degrees] above the horizon that it may have, field of view of the
-    longer side [rad], margins of the picture (left, right, top, bottom), and whether all the ground is shown where that
-    costs little."""
+    longer side [rad], margins of the picture (left, right, top, bottom), whether all the ground is shown where that
+    costs little, and the elevation [degrees] from which it departs unwillingly."""
 
     elevations: tuple[float, ...] = (24.0, 34.0, 46.0, 60.0)
     field_of_view: float = FIELD_OF_VIEW
     margins: tuple[float, ...] = MARGINS
     whole: bool = True
+    usual: float = 32.0
 
     def fit(self, action, bearing, elevation, size):
         """The camera from that direction [rad] that shows all of an `Action`."""
@@ -139,7 +140,7 @@ def choose_camera(name, action, relief, size, stance=None):
         for elevation in stance.elevations
         for side in (52.0, -52.0, 75.0, -75.0, 28.0, -28.0)
     ]
-    best = max(candidates, key=lambda camera: _merit(camera, action, relief, along))
+    best = max(candidates, key=lambda camera: _merit(camera, action, relief, along, stance.usual))
     return _with_ground(best, action, relief) if stance.whole else best
 
 
@@ -154,7 +155,7 @@ def _with_ground(camera, action, relief):
     return whole if CLOSER < action.size_in(whole) / action.size_in(camera) < 1.0 else camera
 
 
-def _merit(camera, action, relief, along):
+def _merit(camera, action, relief, along, usual):
     """Share of the action in sight, and not edge-on, less what departs from the usual stance, plus how large it is and
     how much picture it fills."""
     points = action.points[:: max(1, len(action.points) // 1500)]
@@ -171,7 +172,7 @@ def _merit(camera, action, relief, along):
     elevation = np.degrees(np.arcsin(out[2]))
     turn = np.degrees(abs((np.arctan2(out[0], out[1]) - along + np.pi) % (2.0 * np.pi) - np.pi))
     large = 0.6 * np.log(action.size_in(camera)) + 1.5 * filled.mean()
-    return 3.0 * min(seen, 0.97) + large - 0.010 * abs(elevation - 32.0) - 0.004 * abs(turn - 52.0)
+    return 3.0 * min(seen, 0.97) + large - 0.010 * abs(elevation - usual) - 0.004 * abs(turn - 52.0)
 
 
 def emptier_side(camera, action):

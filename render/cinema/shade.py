@@ -30,6 +30,9 @@ HOLLOWS = ((1.5, 0.35), (4.0, 0.30), (12.0, 0.20))
 SHADE = 0.75
 """Of the light that a hollow in snow loses: the rest comes through the snow."""
 
+FROM_SNOW = np.array([0.34, 0.38, 0.44], np.float32)
+"""Light that snow on the ground sends to what looks down on it."""
+
 GROUND_SHADE = 0.5
 """Of what hollows take from the ground beside snow: all of it would outline the snow."""
 
@@ -128,7 +131,10 @@ def ground_light(land, sun, shadow, above, bare):
     return (EXPOSURE * albedo * lit).astype(np.float32)
 
 
-def solid_light(vertices, normals, albedo, sun, shadow, above):
-    """Light (n, 3) of obstacles."""
-    sunlight = 1.0 if shadow is None else shadow.lit(vertices)
-    return EXPOSURE * albedo * illuminate(normals, sun, 0.05, sunlight, above.openness(vertices))
+def solid_light(solid, sun, shadow, above, lift):
+    """Light (n, 3) of a `solids.Solid`; lift [m]: how far its own faces stay out of its shadow."""
+    raised = solid.vertices + np.float32(lift) * (solid.normals + sun.astype(np.float32))
+    sunlight = 1.0 if shadow is None else shadow.lit(raised)
+    lit = illuminate(solid.normals, sun, 0.05, sunlight, above.openness(solid.vertices))
+    lit += (1.0 - 0.5 * (1.0 + solid.normals[:, 2:])) * FROM_SNOW
+    return (EXPOSURE * solid.albedo * lit).astype(np.float32)

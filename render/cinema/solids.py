@@ -20,28 +20,32 @@ MOST_FACES = 200_000
 
 @dataclass(frozen=True)
 class Solid:
-    """vertices, normals (n, 3) where the scene draws it, faces (m, 3), albedo (n, 3) in linear light."""
+    """vertices, normals (n, 3) where the scene draws it, faces (m, 3); albedo (3,) in linear light, or st (n, 2) and a
+    picture as of `snowmpm.reading.skin.Skin`."""
 
     vertices: np.ndarray
     faces: np.ndarray
     normals: np.ndarray
     albedo: np.ndarray
+    st: np.ndarray | None = None
+    picture: np.ndarray | None = None
 
     @classmethod
     def of(cls, vertices, facets, longest, skin=None):
-        """longest [m]: of its edges, for the light and the picture on it; skin: `snowmpm.reading.skin.Skin` of the
-        triangles, or None."""
+        """longest [m]: of its edges, for the light on it; skin: `snowmpm.reading.skin.Skin` of the triangles, or
+        None."""
         st = np.zeros((len(vertices), 2)) if skin is None else np.asarray(skin.st, float)
         vertices, faces, st = _divided(np.asarray(vertices, float), np.asarray(facets), st, longest)
         vertices, faces, st = edged(vertices, faces, st)
-        albedo = np.tile(SOLID, (len(vertices), 1)) if skin is None else light.decode(skin.colours(st) / 255.0)
+        plain = skin is None or len(skin.picture) == 1
+        albedo = SOLID if skin is None else light.decode(skin.picture[0, 0] / 255.0) if plain else np.ones(3)
         return cls(vertices.astype(np.float32), faces.astype(np.int32), vertex_normals(vertices, faces),
-                   albedo.astype(np.float32))
+                   np.asarray(albedo, np.float32), None if plain else st, None if plain else skin.picture)
 
     def at(self, rotation, translation):
         """The same turned (3, 3) and moved (3,)."""
         return Solid((self.vertices @ rotation.T + translation).astype(np.float32), self.faces,
-                     (self.normals @ rotation.T).astype(np.float32), self.albedo)
+                     (self.normals @ rotation.T).astype(np.float32), self.albedo, self.st, self.picture)
 
 
 class Solids:

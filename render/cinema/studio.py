@@ -24,12 +24,14 @@ BRIGHTEST = 1.3
 @dataclass(frozen=True)
 class Part:
     """Triangles: vertices (n, 3) [m], faces (m, 3), light (n, 3), linear; velocity (n, 3) [m/s] or None at
-    rest."""
+    rest; st (n, 2) and picture (rows, columns, 3) sRGB bytes: what the light is multiplied by, or None."""
 
     vertices: np.ndarray
     faces: np.ndarray
     light: np.ndarray
     velocity: np.ndarray | None = None
+    st: np.ndarray | None = None
+    picture: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,14 @@ class Studio:
         _paint(mesh, part)
         actor = plotter.add_mesh(mesh, scalars="light", rgb=True, lighting=False, render=False, show_scalar_bar=False,
                                  copy_mesh=False, reset_camera=False)
+        if part.picture is not None:
+            # Bytes are a power of light, so their product is that of light and albedo
+            mesh.active_texture_coordinates = np.ascontiguousarray(part.st, np.float32)
+            texture = pv.numpy_to_texture(np.ascontiguousarray(part.picture))
+            texture.repeat = True
+            texture.MipmapOn()
+            texture.InterpolateOn()
+            actor.texture = texture
         return mesh, actor
 
 

@@ -58,7 +58,9 @@ BESIDE = 0.05
 class CinemaView(SpaceView):
     """As `SpaceView`, lit like a photograph: haze, sky, depth of field, motion blur, light within the snow."""
 
-    stance = Stance((8.0, 14.0, 22.0), field_of_view=0.85, margins=(0.08, 0.08, 0.26, 0.08), whole=False)
+    # Low, so that there is a horizon
+    stance = Stance((3.0, 8.0, 14.0, 22.0), field_of_view=0.85, margins=(0.08, 0.08, 0.26, 0.08), whole=False,
+                    usual=3.0)
     sun_at = (0.1, 24.0)  # a low sun from the side: its shadows show the relief
 
     def __init__(self, run, size, color=None, camera="auto", path=None, ground="auto", quality=None):
@@ -108,7 +110,9 @@ class CinemaView(SpaceView):
         distance = float(abs((middle - camera.eye) @ camera.axes[2]))
         air = Air(seen, distance)
         body, albedo, points, radius = self._snow(i, seen)
-        shadow, above = Shadow.of(points, radius, self.sun), FromAbove.of(self.relief, points, radius)
+        solids = self._solids.at(i, self.near)
+        all_points = np.concatenate([points, *(solid.vertices for solid in solids)])
+        shadow, above = Shadow.of(all_points, radius, self.sun), FromAbove.of(self.relief, points, radius)
         land = self.landscape
         faces = land.faces if self.path is not None else self._seen_faces
         bare = self._swept(time, points, radius)
@@ -117,9 +121,10 @@ class CinemaView(SpaceView):
                                            MADE_UP * land.made_up))}
         passing = [Part(body.vertices, body.faces, air.before(snow_light(body, albedo, self.sun, shadow, above),
                                                               body.vertices), body.velocity)]
-        for solid in self._solids.at(i, self.near):
-            lit = solid_light(solid.vertices, solid.normals, solid.albedo, self.sun, shadow, above)
-            passing.append(Part(solid.vertices, solid.faces, air.before(lit.astype(np.float32), solid.vertices)))
+        for solid in solids:
+            lit = solid_light(solid, self.sun, shadow, above, 2.0 * radius)
+            passing.append(Part(solid.vertices, solid.faces, air.before(lit, solid.vertices), None, solid.st,
+                                solid.picture))
         lens = Lens(self.lens_shots, self._shutter(i), APERTURE * distance, self._focus(camera, points, distance))
         picture = light.encode(self.studio.shoot(parts, passing, seen, lens, sky_of(seen, self.sun)))
         overlay = Overlay(self.quality.enlarged(picture, camera.size))
@@ -191,7 +196,7 @@ class CinemaView(SpaceView):
 
     @cached_property
     def _solids(self):
-        return Solids(self.run, self.saw, FINEST * self.relief.cell)
+        return Solids(self.run, self.saw, min(FINEST * self.relief.cell, 1.5 * BALL * self.spacing))
 
     def _shutter(self, i):
         """Time [s] of the run for which the shutter is open in frame `i`."""

@@ -4,6 +4,8 @@ https://openusd.org: `UsdGeomPoints` with velocities, widths and ids, or a `UsdG
 materials, the camera and the sun of the film. Fields of particles are primvars.
 """
 
+import numpy as np
+
 from snowmpm.draft import draft
 from snowmpm.errors import InputError
 from snowmpm.render.export import usd_look
@@ -31,7 +33,7 @@ def write(sequence, folder):
         UsdGeom.SetStageMetersPerUnit(stage, 1.0)
         stage.SetTimeCodesPerSecond(sequence.fps)
         stage.SetFramesPerSecond(sequence.fps)
-        codes = sequence.times / sequence.speed * sequence.fps
+        codes = np.round(sequence.times / sequence.speed * sequence.fps, 6)  # 230, not 230.00000000000003
         stage.SetStartTimeCode(float(codes[0]))
         stage.SetEndTimeCode(float(codes[-1]))
         root = UsdGeom.Xform.Define(stage, "/run")

@@ -13,7 +13,7 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
 from snowmpm.reading.skin import Skin
-from snowmpm.terrain.mesh import converted
+from snowmpm.terrain.mesh import converted, prepared_obj
 
 WIDEST = 2048
 """Longer side [px] of a picture that is kept; larger ones are made smaller."""
@@ -41,7 +41,8 @@ def skins_of(path):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            meshes = trimesh.load_scene(io.BytesIO(path.read_bytes()), file_type=suffix[1:], process=False,
+            data = prepared_obj(path.read_bytes()) if suffix == ".obj" else path.read_bytes()
+            meshes = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], process=False,
                                         resolver=folder).dump()
     except Exception:  # a parser may fail in any way; the shape itself was read before
         warnings.warn(f"{path}: its colours cannot be read: drawn without them", stacklevel=2)

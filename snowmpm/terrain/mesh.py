@@ -24,6 +24,12 @@ BACKWARD = re.compile(rb"^\s*f\s.*-\d", re.MULTILINE)
 DEEPEST = 100
 """Levels of nodes in a glTF file."""
 
+MANY_CORNERS = re.compile(rb"^\s*f(?:\s+\S+){4}", re.MULTILINE)
+"""A face of an OBJ file with four corners or more."""
+
+MOST_CORNERS = 200
+"""Of a face that is taken apart with care: that takes time with their square or more."""
+
 ROUNDED = 0.01
 """Share of the sides of triangles from which on rounded places are told."""
 
@@ -86,7 +92,7 @@ def _any_mesh(path, key, suffix):
     try:
         with open(path, "rb") as file:
             if suffix == ".obj":
-                file = io.BytesIO(_counted_from_the_start(file.read()))
+                file = io.BytesIO(prepared_obj(file.read()))
             if suffix == ".glb":
                 file = io.BytesIO(_counted_glb(file.read(), key, path))
             mesh = trimesh.load(
@@ -149,6 +155,57 @@ def _counted_from_the_start(data):
             line = b" ".join([b"f", *(_absolute(word, counts) for word in words[1:])])
         lines.append(line)
     return b"\n".join(lines) + b"\n"
+
+
+def prepared_obj(data):
+    """Text of an OBJ file that `trimesh` reads as meant: corners numbered from the start, and faces with an inward
+    corner as triangles, since trimesh makes fans of them, which fold over."""
+    data = _counted_from_the_start(data)
+    if not MANY_CORNERS.search(data):
+        return data
+    places = np.array([line.split()[1:4] for line in data.splitlines() if line.startswith((b"v ", b"v\t"))], float)
+    lines = []
+    for line in data.splitlines():
+        words = line.split()
+        if len(words) > 4 and words[0] == b"f":
+            at = [int(word.split(b"/")[0]) - 1 for word in words[1:]]
+            if all(0 <= k < len(places) for k in at):
+                lines += [b"f " + b" ".join(words[1 + k] for k in ear) for ear in ears(places[at])]
+                continue
+        lines.append(line)
+    return b"\n".join(lines) + b"\n"
+
+
+def ears(corners):
+    """Triangles (numbers of three corners) of a plane polygon with corners (n, 3): a fan where no corner is inward or
+    there are more than MOST_CORNERS, else by cutting off ears (Meisters 1975, doi:10.2307/2319703)."""
+    after, before = np.roll(corners, -1, axis=0), np.roll(corners, 1, axis=0)
+    normal = np.cross(corners - corners[0], after - corners[0]).sum(axis=0)
+    turns = np.cross(corners - before, after - corners) @ normal
+    left, found = list(range(len(corners))), []
+    if len(left) <= MOST_CORNERS and (turns < -1e-9 * np.abs(turns).max(initial=0.0)).any():
+        axis = int(np.abs(normal).argmax())
+        flat = np.delete(corners, axis, axis=1) * [1.0, 1.0 if (normal[axis] > 0.0) == (axis != 1) else -1.0]
+        while len(left) > 3:
+            ear = next((k for k in range(len(left)) if _is_ear(flat, left, k)), None)
+            if ear is None:  # crosses itself
+                break
+            found.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
+            del left[ear]
+    return found + [(left[0], left[k], left[k + 1]) for k in range(1, len(left) - 1)]
+
+
+def _is_ear(flat, left, k):
+    """Whether corner k of those left (counter-clockwise) sticks out and its triangle holds no other."""
+    a, b, c = flat[left[k - 1]], flat[left[k]], flat[left[(k + 1) % len(left)]]
+    others = flat[[i for i in left if i not in (left[k - 1], left[k], left[(k + 1) % len(left)])]]
+    sides = [_side(p, q, others) for p, q in ((a, b), (b, c), (c, a))]
+    return bool(_side(a, b, c[None])[0] > 0.0 and not np.logical_and.reduce([side >= 0.0 for side in sides]).any())
+
+
+def _side(p, q, points):
+    """Twice the area of the triangles p, q and points (n, 2), positive counter-clockwise."""
+    return (q[0] - p[0]) * (points[:, 1] - p[1]) - (q[1] - p[1]) * (points[:, 0] - p[0])
 
 
 def _absolute(corner, counts):

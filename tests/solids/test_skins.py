@@ -186,7 +186,8 @@ def test_a_run_file_with_harmful_colours_is_refused(run, change):
 def test_a_solid_has_the_colours_of_its_picture_where_they_are(house):
     solid = Solid.of(*(getattr(wall_of(skins_of(house)), name) for name in ("vertices", "facets")), 0.2,
                      wall_of(skins_of(house)))
-    blue = solid.albedo[:, 2] > solid.albedo[:, 0]
+    colours = wall_of(skins_of(house)).colours(solid.st)
+    blue = colours[:, 2] > colours[:, 0]
     assert (solid.vertices[blue, 2] < 0.2).all() and (solid.vertices[~blue, 2] > -0.2).all()
     edge = solid.vertices[solid.faces]
     assert np.linalg.norm(edge - np.roll(edge, 1, axis=1), axis=2).max() <= 0.2
@@ -245,3 +246,29 @@ shape = { kind = "mesh", file = "house.obj" }
     corners = np.concatenate([skin.vertices for skin in obstacle.skins])
     np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)],
                                [obstacle.vertices.min(axis=0), obstacle.vertices.max(axis=0)], atol=1e-9)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("turned", [False, True])
+def test_faces_with_an_inward_corner_become_triangles_within_them(axis, turned, tmp_path):
+    """A gable with eaves."""
+    outline = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (5.0, 2.0), (2.0, 5.0), (-1.0, 2.0), (0.0, 2.0)]
+    front = np.insert(np.array(outline), axis, 0.0, axis=1)[:: -1 if turned else 1]
+    back = front + 3.0 * np.eye(3)[axis]
+    n = len(front)
+    lines = [*(f"v {x} {y} {z}" for x, y, z in np.concatenate([front, back])),
+             "f " + " ".join(str(k) for k in range(n, 0, -1)), "f " + " ".join(str(n + k) for k in range(1, n + 1)),
+             *(f"f {k + 1} {(k + 1) % n + 1} {n + (k + 1) % n + 1} {n + k + 1}" for k in range(n))]
+    (tmp_path / "a.obj").write_text("\n".join(lines) + "\n")
+    vertices, facets = mesh_facets(tmp_path / "a.obj")
+    corners = vertices[facets]
+    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    ends = np.ptp(corners[:, :, axis], axis=1) == 0.0
+    assert areas[ends].sum() == pytest.approx(2.0 * (4.0 * 2.0 + 0.5 * 6.0 * 3.0))  # no fold, no gap
+    mesh = trimesh.Trimesh(vertices, facets)
+    assert mesh.is_watertight and abs(mesh.volume) == pytest.approx(3.0 * 17.0)
+
+
+def test_a_polygon_that_crosses_itself_ends(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nv 2 2 0\nf 1 2 3 4 5\n")
+    assert len(mesh_facets(tmp_path / "a.obj")[1]) == 3

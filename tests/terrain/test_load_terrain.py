@@ -220,7 +220,7 @@ def test_bad_files_are_named(tmp_path):
         "cloud.ply": "no triangles",
         "points.obj": "no triangles|not a readable OBJ",
         "line.obj": "no triangles with an area",
-        "scene.py": "must be an .stl, .obj or .ply file",
+        "scene.py": "must be an .stl, .obj, .ply or .glb file",
         "binary.asc": "not an ESRI ASCII grid",
         "text.asc": "header line 'ncols' is missing",
         "junk.tif": "not a readable GeoTIFF|gis extra",
