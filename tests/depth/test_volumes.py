@@ -215,3 +215,20 @@ def test_what_it_does_not_compute_is_refused():
             ({"bodies": [{**scene["bodies"][0], "start_time": 0.5}]}, "let go at the start")):
         with pytest.raises(InputError, match=words):
             snowmpm.Simulation(Scene.model_validate({**scene, **more}))
+
+
+def test_a_lake_on_gentle_ground_is_nearly_at_rest():
+    """Pressure is that of the thickness normal to the ground, so that level snow on slopes is not quite at rest."""
+    speeds = []
+    for steep in (0.1, 0.05):
+        def bed(plan, steep=steep):
+            return steep * 10.0 / np.pi * np.sin(0.1 * np.pi * plan[:, 0]) * np.cos(0.1 * np.pi * plan[:, 1])
+
+        ground = Ground(bed, (0.0, 0.0), (20.0, 20.0), sides=(PERIODIC, PERIODIC))
+        solver = solver_of(ground, 0.5, lambda plan: np.full(len(plan), 1.0))
+        cells = solver.particles
+        level = (1.5 - cells.inner(cells.heights)) / cells.inner(cells.ground)[..., 5] ** 2
+        cells.inner(cells.state_array)[..., 0] = level
+        solver._look()
+        speeds.append(np.abs(run(solver, 2.0)[..., 1:]).max())
+    assert speeds[0] < 0.01 and speeds[1] < 0.5 * speeds[0], speeds
