@@ -18,6 +18,9 @@ CLOSE_RELIEF = ((0.25, 0.10), (0.16, 0.06))
 CLOSE = 8.0
 """What comes to it in close views, and the pixels of a spacing that make one."""
 
+SEEN = 5.0
+"""Pixels from which a relief counts in full."""
+
 FLOW_RELIEF = ((2.5, 0.16), (1.1, 0.07))
 """The same of a depth-averaged flow, in cells of its sheet."""
 
@@ -101,7 +104,9 @@ def snow_body(points, velocity, spacing, reference=None, loose=None, size_px=0.0
     if reference is not None:
         place = reference[nearest] + (vertices - points[nearest])
         relief = RELIEF + (CLOSE_RELIEF if close else ())
-        height = sum(weight * spacing * noise(place / (size * spacing)) for size, weight in relief)
+        # What is smaller than a few pixels would only make the snow grey
+        height = sum(weight * spacing * min(1.0, size * size_px / SEEN) * noise(place / (size * spacing))
+                     for size, weight in relief)
         # Beside each other lie particles from different places, and their noise would stand up like hair
         mean = neighbour_means(faces, len(vertices))
         for _ in range(EVENED):

@@ -172,7 +172,7 @@ class CinemaView(SpaceView):
         sheet = sheet_raster(points, depth, spacing, colours, self.relief.height, 1 if coarse else FINE)
         if sheet is None:
             places, cell = piled(points, depth, spacing)[0], spacing
-            body = snow_body(places, np.zeros_like(places), cell, places, coarse=coarse)
+            body = snow_body(places, np.zeros_like(places), cell, places, size_px=4.0, coarse=coarse)
         else:
             places, cell, shade = sheet_points(sheet)
             places = places[shade[:, 3] > THINNEST]
