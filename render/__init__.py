@@ -74,7 +74,7 @@ def __getattr__(name: str) -> Any:
     if name == "PLOTS":
         return {key: __getattr__(function) for key, function in _PLOTS.items()}
     if name in _HOMES:
-        return getattr(importlib.import_module(f"snowmpm.render.{_HOMES[name]}"), name)
+        return vars(importlib.import_module(f"snowmpm.render.{_HOMES[name]}"))[name]
     raise AttributeError(f"module 'snowmpm.render' has no attribute {name!r}")
 
 

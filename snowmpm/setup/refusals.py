@@ -116,6 +116,8 @@ def _zone(scene):
             yield key, value, "does not go with zone, which hands over all the time"
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         yield "domain.boundary", "periodic", "does not go with zone"
+    if _in_volumes(scene.solver):
+        yield "solver.depth.scheme", "volumes", "does not go with zone, around which columns flow"
     part = within(scene)
     for capability, wanted, key, value in demands(part, later=True):
         if capability not in OF_THE_RELEASE:
@@ -234,10 +236,17 @@ def _events(scene, used):
             yield f"events.{i}.kind", event.kind, f"does not go with {of}"
 
 
+def _in_volumes(solver):
+    return METHODS[solver.method].capabilities.plan and solver.depth.scheme == "volumes"
+
+
 def _switches(scene):
     """Refusals of hand-overs that cannot be."""
-    methods = [part.solver.method for part in parts(scene)]
+    solvers = [part.solver for part in parts(scene)]
+    methods = [solver.method for solver in solvers]
     for i, switch in enumerate(scene.switch):
+        if _in_volumes(solvers[i]):
+            yield f"switch.{i}.to", switch.to, 'needs columns to hand over, not solver.depth.scheme = "volumes"'
         yield from _switch(scene, i, switch, *methods[i : i + 2])
 
 

@@ -13,13 +13,13 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing
 from snowmpm.reading.skin import Skin
-from snowmpm.terrain.mesh import converted, prepared_obj
+from snowmpm.terrain.mesh import converted, glb_header, prepared_obj
 
 WIDEST = 2048
 """Longer side [px] of a picture that is kept; larger ones are made smaller."""
 
 MOST_PIXELS = 64_000_000
-"""Of a picture that is read."""
+"""Of the pictures of a mesh together, each as often as a material has it."""
 
 MOST_BYTES = 200_000_000
 """Of a file of materials, or of a picture."""
@@ -42,8 +42,13 @@ def skins_of(path):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             data = prepared_obj(path.read_bytes()) if suffix == ".obj" else path.read_bytes()
+            if suffix == ".glb":
+                _check_pictures(data)
             meshes = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], process=False,
                                         resolver=folder).dump()
+    except _Unwanted as reason:
+        warnings.warn(f"{path}: {reason}: drawn without colours", stacklevel=2)
+        return []
     except Exception:  # a parser may fail in any way; the shape itself was read before
         warnings.warn(f"{path}: its colours cannot be read: drawn without them", stacklevel=2)
         return []
@@ -104,20 +109,55 @@ def _pixels(image):
     return np.asarray(image)
 
 
+class _Unwanted(Exception):
+    """Pictures that are not read."""
+
+
+def _check_pictures(data):
+    """Raises _Unwanted for pictures in a binary glTF file that are too large together, or of other FORMATS."""
+    from PIL import Image
+
+    header = glb_header(data)
+    if len(header.get("materials", [])) > MOST_PARTS or len(header.get("images", [])) > MOST_PARTS:
+        raise _Unwanted(f"has more than {MOST_PARTS} materials or pictures")
+    start = 28 + int.from_bytes(data[12:16], "little")
+    sizes = []
+    for one in header.get("images", []):
+        if "bufferView" not in one:
+            raise _Unwanted("has a picture that is not among its binary data")
+        view = header["bufferViews"][one["bufferView"]]
+        first = start + int(view.get("byteOffset", 0))
+        try:
+            with Image.open(io.BytesIO(data[first : first + int(view["byteLength"])]), formats=FORMATS) as image:
+                sizes.append(image.width * image.height)
+        except Exception:
+            raise _Unwanted(f"has a picture that is none ({', '.join(FORMATS)})") from None
+    # Each material may unpack its picture for itself
+    pixels = sum(sizes) + max(sizes, default=0) * max(0, len(header.get("materials", [])) - len(sizes))
+    if pixels > MOST_PIXELS:
+        raise _Unwanted(f"has pictures of {pixels / 1e6:.0f} million pixels, at most {MOST_PIXELS / 1e6:.0f} are read")
+
+
 class _Folder:
     """Materials and pictures beside a mesh file or below its folder, and no other files: what `trimesh` asks for."""
 
     def __init__(self, path):
-        self._folder, self.missing = path.parent.resolve(), {}
+        self._folder, self.missing, self._pixels = path.parent.resolve(), {}, 0
 
     def __getitem__(self, name):
         return self.get(name)
 
     def get(self, name):
         """Bytes of a file; KeyError where it is not to be had, with the reason in `missing`."""
+        name = str(name).strip()
+        try:
+            return self._read(name)
+        except (OSError, ValueError, RuntimeError):  # a link in circles, a name that no file can have
+            raise self._no(name[:100], "cannot be read") from None
+
+    def _read(self, name):
         from PIL import Image
 
-        name = str(name).strip()
         place = PurePosixPath(name.replace("\\", "/"))
         path = self._folder / place
         if place.is_absolute() or ":" in name or not path.resolve().is_relative_to(self._folder):
@@ -133,11 +173,12 @@ class _Folder:
         if path.suffix.lower() != ".mtl":
             try:
                 with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-                    pixels = image.width * image.height
+                    self._pixels += image.width * image.height
             except Exception:
                 raise self._no(name, f"is no picture ({', '.join(FORMATS)})") from None
-            if pixels > MOST_PIXELS:
-                raise self._no(name, f"has {pixels / 1e6:.0f} million pixels, at most {MOST_PIXELS / 1e6:.0f}")
+            if self._pixels > MOST_PIXELS:
+                raise self._no(name, f"makes {self._pixels / 1e6:.0f} million pixels with those before it, at most"
+                                     f" {MOST_PIXELS / 1e6:.0f} are read")
         return data
 
     def _no(self, name, why):

@@ -30,6 +30,9 @@ MANY_CORNERS = re.compile(rb"^\s*f(?:\s+\S+){4}", re.MULTILINE)
 MOST_CORNERS = 200
 """Of a face that is taken apart with care: that takes time with their square or more."""
 
+MOST_CUTTING = 400_000
+"""Sum over the faces of more than four corners of the squares of these, up to which faces are taken apart: seconds."""
+
 ROUNDED = 0.01
 """Share of the sides of triangles from which on rounded places are told."""
 
@@ -110,13 +113,19 @@ def _any_mesh(path, key, suffix):
     return np.asarray(mesh.vertices, float), np.asarray(faces)
 
 
-def _counted_glb(data, key, path):
-    """Bytes of a binary glTF file, after a look at its header: its tables hold no more than the file, no part is placed
-    more often than that, and no part holds itself. Raises InputError where not, and for extensions."""
+def glb_header(data):
+    """Header of a binary glTF file as a dictionary. Raises ValueError where it is none."""
     length = int.from_bytes(data[12:16], "little")
     header = json.loads(data[20 : 20 + length]) if data[:4] == b"glTF" else None
     if not isinstance(header, dict):
-        raise ValueError
+        raise ValueError("no binary glTF")
+    return header
+
+
+def _counted_glb(data, key, path):
+    """Bytes of a binary glTF file, after a look at its header: its tables hold no more than the file, no part is placed
+    more often than that, and no part holds itself. Raises InputError where not, and for extensions."""
+    header = glb_header(data)
     if needed := header.get("extensionsRequired"):
         raise InputError.at(key, str(path), f"needs the glTF extension {str(needed[0])[:60]}: save it without it")
     counts = [int(one["count"]) for one in header.get("accessors", [])]
@@ -163,13 +172,15 @@ def prepared_obj(data):
     data = _counted_from_the_start(data)
     if not MANY_CORNERS.search(data):
         return data
+    left = MOST_CUTTING
     places = np.array([line.split()[1:4] for line in data.splitlines() if line.startswith((b"v ", b"v\t"))], float)
     lines = []
     for line in data.splitlines():
         words = line.split()
         if len(words) > 4 and words[0] == b"f":
             at = [int(word.split(b"/")[0]) - 1 for word in words[1:]]
-            if all(0 <= k < len(places) for k in at):
+            if all(0 <= k < len(places) for k in at) and len(at) ** 2 <= left:
+                left -= len(at) ** 2 if len(at) > 4 else 0
                 lines += [b"f " + b" ".join(words[1 + k] for k in ear) for ear in ears(places[at])]
                 continue
         lines.append(line)

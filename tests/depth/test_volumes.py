@@ -232,3 +232,19 @@ def test_a_lake_on_gentle_ground_is_nearly_at_rest():
         solver._look()
         speeds.append(np.abs(run(solver, 2.0)[..., 1:]).max())
     assert speeds[0] < 0.01 and speeds[1] < 0.5 * speeds[0], speeds
+
+
+def test_snow_that_crosses_a_periodic_side_is_kept():
+    ground = Ground(flat, (0.0, 0.0), (40.0, 6.0), sides=(PERIODIC, WALL))
+    solver = solver_of(ground, 1.0, lambda plan: 2.0 * ((plan[:, 0] > 2.0) & (plan[:, 0] < 11.0)))
+    mass = solver.particles.mass
+    state = run(solver, 2.0)
+    assert state[-1, 3, 0] > 0.01  # it came round
+    assert solver.particles.mass == pytest.approx(mass, rel=1e-12)
+
+
+def test_zones_and_switches_away_from_it_are_refused():
+    scene = dry_scene(DryDam(26.0, 18.0), 0.5, 1.0, 8.0, scheme="volumes").model_dump(exclude_unset=True)
+    with pytest.raises(InputError, match="needs columns to hand over"):
+        snowmpm.Simulation(Scene.model_validate({**scene, "switch": [
+            {"to": "mpm", "when": "t > 0.5", "solver": {"dx": 0.5}}]}))

@@ -105,7 +105,7 @@ def test_what_is_missing_or_no_picture_is_told(house, tmp_path):
 
 def test_a_picture_of_too_many_pixels_is_not_unpacked(house, tmp_path):
     Image.new("1", (9000, 9000)).save(tmp_path / "wall.png")
-    with pytest.warns(UserWarning, match="has 81 million pixels"):
+    with pytest.warns(UserWarning, match="makes 81 million pixels"):
         assert all(skin.picture.size == 3 for skin in skins_of(house))
 
 
@@ -272,3 +272,37 @@ def test_faces_with_an_inward_corner_become_triangles_within_them(axis, turned, 
 def test_a_polygon_that_crosses_itself_ends(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nv 2 2 0\nf 1 2 3 4 5\n")
     assert len(mesh_facets(tmp_path / "a.obj")[1]) == 3
+
+
+def test_many_large_faces_are_not_cut_for_ever(tmp_path):
+    rng = np.random.default_rng(0)
+    lines = [f"v {x} {y} 0" for x, y in rng.random((200, 2))]
+    lines += ["f " + " ".join(str(1 + k) for k in rng.permutation(200)) for _ in range(300)]
+    (tmp_path / "a.obj").write_text("\n".join(lines) + "\n")
+    assert len(mesh_facets(tmp_path / "a.obj")[1]) == 300 * 198  # fans, from where it would take too long
+
+
+def test_links_in_circles_and_impossible_names_are_told(house, tmp_path):
+    (tmp_path / "wall.png").unlink()
+    (tmp_path / "wall.png").symlink_to(tmp_path / "wall.png")
+    with pytest.warns(UserWarning, match=r"wall\.png (cannot be read|is not there)"):
+        assert all(skin.picture.size == 3 for skin in skins_of(house))
+    (tmp_path / "house.mtl").write_text(f"newmtl wall\nmap_Kd {'x' * 5000}\nnewmtl red\nKd 1 0 0\n")
+    with pytest.warns(UserWarning, match="cannot be read"):
+        skins_of(house)
+
+
+def test_pictures_in_glb_files_are_looked_at_before_they_are_read(house, tmp_path):
+    scene = trimesh.load_scene(house)
+    for name, words in (("large.png", "million pixels"), ("a.gif", "a picture that is none")):
+        if name == "a.gif":
+            Image.new("P", (8, 8)).save(tmp_path / name)
+        else:
+            Image.new("1", (9000, 9000)).save(tmp_path / name)
+        data = (tmp_path / name).read_bytes()
+        header = {**PART, "accessors": [TABLE], "images": [{"bufferView": 0, "mimeType": "image/png"}],
+                  "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(data)}]}
+        (tmp_path / "a.glb").write_bytes(glb(header, data))
+        with pytest.warns(UserWarning, match=words):
+            assert skins_of(tmp_path / "a.glb") == []
+    assert scene is not None

@@ -96,8 +96,8 @@ class VolumeSolver(Method, Forecasts):
 
     def step(self, dt):
         """Advance by dt [s]."""
+        self._beyond()  # first, so that snow at one end of a periodic axis wakes the other
         self._wake()
-        self._beyond()
         real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
         step = steps.Step(dt, self.grid.dx, g, float(self.options.centrifugal))
         self._report[:] = 0.0
