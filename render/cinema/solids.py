@@ -37,7 +37,7 @@ class Solid:
         st = np.zeros((len(vertices), 2)) if skin is None else np.asarray(skin.st, float)
         vertices, faces, st = _divided(np.asarray(vertices, float), np.asarray(facets), st, longest)
         vertices, faces, st = edged(vertices, faces, st)
-        plain = skin is None or len(skin.picture) == 1
+        plain = skin is None or skin.picture.shape[:2] == (1, 1)
         albedo = SOLID if skin is None else light.decode(skin.picture[0, 0] / 255.0) if plain else np.ones(3)
         return cls(vertices.astype(np.float32), faces.astype(np.int32), vertex_normals(vertices, faces),
                    np.asarray(albedo, np.float32), None if plain else st, None if plain else skin.picture)

@@ -7,7 +7,8 @@ G^-1 = I - s s / (1 + s^2) the inverse of the metric of its surface, a flow of t
     d(H w)/dt + div(H w w) = -(1 / cos) G^-1 grad P - H cos^2 (g + w.B w) s - friction,   P = g cos h^2 / 2,  B = grad s
 
 (Savage and Hutter 1989, doi:10.1017/S0022112089000340, on curved ground as Bouchut et al. 2003,
-doi:10.1016/S1631-073X(03)00117-1; the forces are those of the columns, `depth.gather`). A step:
+doi:10.1016/S1631-073X(03)00117-1; columns, `depth.gather`, have the pressure of cos^2 H, which differs by H grad cos).
+A step:
 
     friction dt/2;  slopes of H and w, each limited (minmod);  H and w half a step later in each cell (MUSCL-Hancock,
     van Leer 1984, doi:10.1137/0905001);  fluxes between cells by HLLC (Toro 2001, ISBN 0-471-98766-1, section 10.6),
