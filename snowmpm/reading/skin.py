@@ -16,7 +16,7 @@ class Skin:
     st: Any
     picture: Any
 
-    def colours(self, st):
+    def colours(self, st: Any) -> Any:
         """sRGB bytes (k, 3) at places (k, 2) on the picture, linear between its pixels."""
         rows, columns = self.picture.shape[:2]
         st = np.asarray(st, float)
