@@ -124,9 +124,9 @@ def kernels(real, law, serial):
         return ti.Vector([cells.state[c, 1], cells.state[c, 2]])
 
     @ti.func
-    def carried(w, a, b):
-        """A velocity w in plan, along the plane of slope a, turned into that of slope b: as long as before."""
-        ca, cb = 1.0 / ti.sqrt(1.0 + a.dot(a)), 1.0 / ti.sqrt(1.0 + b.dot(b))
+    def carried(w, a, ca, b, cb):
+        """A velocity w in plan, along the plane of slope a, turned into that of slope b: as long as before. ca, cb: the
+        cosines of the planes."""
         return w + (a * ca + b * cb) * (cb * w.dot(a - b) / (1.0 + ca * cb * (1.0 + a.dot(b))))
 
     @ti.func
@@ -189,10 +189,10 @@ def kernels(real, law, serial):
     def slopes_along(cells: ti.template(), c, step):
         """Limited differences of H, u, v across cell c, whose neighbours are `step` apart. Velocities of neighbours are
         turned into the plane of the cell, so that the ground's bends are no differences; dry ones have none."""
-        H, own = cells.state[c, 0], slope_at(cells, c)
+        H, own, cosine = cells.state[c, 0], slope_at(cells, c), cells.ground[c, 5]
         w = velocity_of(cells, c)
-        ahead = carried(velocity_of(cells, c + step), slope_at(cells, c + step), own)
-        behind = carried(velocity_of(cells, c - step), slope_at(cells, c - step), own)
+        ahead = carried(velocity_of(cells, c + step), slope_at(cells, c + step), cells.ground[c + step, 5], own, cosine)
+        behind = carried(velocity_of(cells, c - step), slope_at(cells, c - step), cells.ground[c - step, 5], own, cosine)
         wet_up, wet_down = cells.state[c + step, 0] > DRY, cells.state[c - step, 0] > DRY
         found = ti.Vector([minmod(cells.state[c + step, 0] - H, H - cells.state[c - step, 0]), 0.0 * H, 0.0 * H])
         for k in ti.static(range(2)):
@@ -262,7 +262,8 @@ def kernels(real, law, serial):
             for k in ti.static(range(2)):
                 left[k] = cells.ahead[a, 1 + k] + 0.5 * cells.slopes[a, first + 1 + k]
                 right[k] = cells.ahead[b, 1 + k] - 0.5 * cells.slopes[b, first + 1 + k]
-            left, right = carried(left, slope_at(cells, a), mean), carried(right, slope_at(cells, b), mean)
+            left = carried(left, slope_at(cells, a), cells.ground[a, 5], mean, cosine)
+            right = carried(right, slope_at(cells, b), cells.ground[b, 5], mean, cosine)
             uL, uR, vL, vR = left[n - 1], right[n - 1], left[t - 1], right[t - 1]
             stiff = step.g * cosine**3
             pL, pR = 0.5 * stiff * HL * HL, 0.5 * stiff * HR * HR
@@ -339,7 +340,8 @@ def kernels(real, law, serial):
         giver = ti.select(cells.flux[a, axis, 0] > 0.0, cells.ahead[a, 1 + axis], cells.ahead[b, 1 + axis])
         n, t = (cells.flux[a, axis, 1] - less * cells.flux[a, axis, 0] * giver - cosine * (1.0 + across * across) * own,
                 (1.0 - less) * cells.flux[a, axis, 2] - cosine * sx * sy * (cells.flux[a, axis, 3] - own))
-        return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([sx, sy]), slope_at(cells, c))
+        return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([sx, sy]), cosine,
+                       slope_at(cells, c), cells.ground[c, 5])
 
     @grouped_kernel(real)
     def update(cells: Cells, friction: Friction, tiles: Tiles, step: Step, report: Array):
@@ -355,6 +357,9 @@ def kernels(real, law, serial):
                         c = i * tiles.ny + j
                         H, u, v = cells.state[c, 0], cells.state[c, 1], cells.state[c, 2]
                         left, below = c - tiles.ny, c - 1
+                        if (H == 0.0 and cells.flux[c, 0, 0] == 0.0 and cells.flux[c, 1, 0] == 0.0
+                                and cells.flux[left, 0, 0] == 0.0 and cells.flux[below, 1, 0] == 0.0):
+                            continue
                         share = step.dt / step.dx
                         gain = (crossing(cells, left, c, 0) - crossing(cells, c, c + tiles.ny, 0)
                                 + crossing(cells, below, c, 1) - crossing(cells, c, c + 1, 1))

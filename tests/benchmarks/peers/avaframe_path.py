@@ -1,6 +1,8 @@
 """ISeeSnow's avalanche by AvaFrame's com1DFA.
 
-    avaframe_path.py FOLDER MU CELL
+    avaframe_path.py FOLDER MU CELL [XI]
+
+Coulomb friction MU, or Voellmy with XI [m/s2].
 
 FOLDER holds Inputs/dem.asc and Inputs/REL/release.shp as AvaFrame wants them. One line of JSON on stdout: processor
 seconds and steps of the whole run after its imports, and where its peak rasters lie.
@@ -18,6 +20,8 @@ FOLDER, MU, CELL = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
 CHANGED = {"simTypeList": "null", "resType": "ppr|pft|pfv", "tSteps": "", "relThFromFile": "False", "relTh": "1.5",
            "frictModel": "coulomb", "mucoulomb": MU, "meshCellSize": CELL, "sphKernelRadius": CELL}
 """Of AvaFrame's defaults."""
+if len(sys.argv) > 4:
+    CHANGED |= {"frictModel": "Voellmy", "muvoellmy": MU, "xsivoellmy": sys.argv[4]}
 
 
 def main():
