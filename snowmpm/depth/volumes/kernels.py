@@ -35,6 +35,10 @@ TILE = 8
 DRY = 1e-7
 """Depth [m] below which a cell has no velocity."""
 
+THIN = 1e-4
+"""Depth [m] below which snow does not push: its velocity is the mean of that of the snow that came together. What is
+left of a cell that has run dry is a small difference of large momenta otherwise, which may be as fast as it likes."""
+
 LEAST_DEPTH = 1e-3
 """Depth [m] below which friction takes a cell for this deep, as of columns (`depth.gather`)."""
 
@@ -48,7 +52,7 @@ GROUND = 6
 
 SLOPES, FLUX = 6, 4
 """Numbers of the slopes of a cell: of H, u, v along x, then along y; of a flux: mass, momentum across and along the
-face, mean pressure."""
+face, pressure."""
 
 
 class Cells(NamedTuple):
@@ -199,10 +203,6 @@ def kernels(real, law, serial):
             up, down = ahead[k] - w[k], w[k] - behind[k]
             if wet_up and wet_down:
                 found[1 + k] = minmod(up, down)
-            elif wet_up:
-                found[1 + k] = up
-            elif wet_down:
-                found[1 + k] = down
         return found
 
     @grouped_kernel(real)
@@ -259,9 +259,12 @@ def kernels(real, law, serial):
             metric = cosine * (1.0 + across * across)
             mean, first = ti.Vector([sx, sy]), 3 * axis
             left, right = ti.Vector.zero(real, 2), ti.Vector.zero(real, 2)
+            # the other face's depth weighs, so that the momentum of both is that of the cell
+            behind = 0.5 * (cells.ahead[a, 0] - 0.5 * cells.slopes[a, first]) / ti.max(cells.ahead[a, 0], DRY)
+            beyond = 0.5 * (cells.ahead[b, 0] + 0.5 * cells.slopes[b, first]) / ti.max(cells.ahead[b, 0], DRY)
             for k in ti.static(range(2)):
-                left[k] = cells.ahead[a, 1 + k] + 0.5 * cells.slopes[a, first + 1 + k]
-                right[k] = cells.ahead[b, 1 + k] - 0.5 * cells.slopes[b, first + 1 + k]
+                left[k] = cells.ahead[a, 1 + k] + behind * cells.slopes[a, first + 1 + k]
+                right[k] = cells.ahead[b, 1 + k] - beyond * cells.slopes[b, first + 1 + k]
             left = carried(left, slope_at(cells, a), cells.ground[a, 5], mean, cosine)
             right = carried(right, slope_at(cells, b), cells.ground[b, 5], mean, cosine)
             uL, uR, vL, vR = left[n - 1], right[n - 1], left[t - 1], right[t - 1]
@@ -280,7 +283,7 @@ def kernels(real, law, serial):
             mass = (high * HL * uL - low * HR * uR + low * high * (HR - HL)) * wide
             flux[1] = (high * (HL * uL * uL + metric * pL) - low * (HR * uR * uR + metric * pR)
                        + low * high * (HR * uR - HL * uL)) * wide
-            flux[3] = 0.5 * (pL + pR)
+            flux[3] = (high * pL - low * pR) * wide  # as much of either side as counts in the momentum
             if cells.held[a] == 1 and cells.held[b] == 1:
                 mass = 0.0 * mass
             flux[0] = mass
@@ -343,6 +346,33 @@ def kernels(real, law, serial):
         return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([sx, sy]), cosine,
                        slope_at(cells, c), cells.ground[c, 5])
 
+    @ti.func
+    def mixed(cells: ti.template(), step: ti.template(), c, giver, mass):
+        """Depth, and depth times velocity (2), that come to c from a neighbour, which gives `mass` if above 0."""
+        found, got = ti.Vector.zero(real, 3), step.dt / step.dx * mass
+        if got > 0.0:
+            w = carried(ti.Vector([cells.ahead[giver, 1], cells.ahead[giver, 2]]), slope_at(cells, giver),
+                        cells.ground[giver, 5], slope_at(cells, c), cells.ground[c, 5])
+            found = ti.Vector([got, got * w[0], got * w[1]])
+        return found
+
+    @ti.func
+    def drifting(cells: ti.template(), tiles: ti.template(), step: ti.template(), c):
+        """Velocity of snow that does not push: what stays of its own, and what comes."""
+        left, right, below, above = c - tiles.ny, c + tiles.ny, c - 1, c + 1
+        met = (mixed(cells, step, c, left, crossing(cells, left, c, 0))
+               + mixed(cells, step, c, right, -crossing(cells, c, right, 0))
+               + mixed(cells, step, c, below, crossing(cells, below, c, 1))
+               + mixed(cells, step, c, above, -crossing(cells, c, above, 1)))
+        out = step.dt / step.dx * (ti.max(crossing(cells, c, right, 0), 0.0) - ti.min(crossing(cells, left, c, 0), 0.0)
+                                   + ti.max(crossing(cells, c, above, 1), 0.0)
+                                   - ti.min(crossing(cells, below, c, 1), 0.0))
+        own = ti.max(0.0 * out, cells.state[c, 0] - out)
+        pull = step.dt * cells.ground[c, 5] ** 2 * step.g
+        for k in ti.static(range(2)):
+            met[1 + k] += own * (cells.state[c, 1 + k] - pull * cells.ground[c, k])
+        return ti.Vector([met[1], met[2]]) / ti.max(met[0] + own, ti.cast(1e-30, real))
+
     @grouped_kernel(real)
     def update(cells: Cells, friction: Friction, tiles: Tiles, step: Step, report: Array):
         """What crossed the faces, gravity, and the second half of friction."""
@@ -371,8 +401,11 @@ def kernels(real, law, serial):
                         mx = H * u + share * (into[0] - out[0] + under[0] - over[0]) - pull * sx
                         my = H * v + share * (into[1] - out[1] + under[1] - over[1]) - pull * sy
                         u, v = 0.0 * H, 0.0 * H
-                        if new > DRY:
+                        if new > THIN:
                             u, v = mx / new, my / new
+                        elif new > DRY:
+                            slow = drifting(cells, tiles, step, c)
+                            u, v = slow[0], slow[1]
                         if new > DRY and (u != 0.0 or v != 0.0):
                             # the first half does not act on snow that is held: it gets all of it here
                             rest = ti.select(cells.held[c] == 1, 1.0, 0.5) * step.dt
