@@ -10,7 +10,7 @@ G^-1 = I - s s / (1 + s^2) the inverse of the metric of its surface, a flow of t
 doi:10.1016/S1631-073X(03)00117-1; columns, `depth.gather`, have the pressure of cos^2 H, which differs by H grad cos).
 A step:
 
-    friction dt/2;  slopes of H and w, each limited (minmod);  H and w half a step later in each cell (MUSCL-Hancock,
+    friction dt/2;  slopes of H and w, each limited (`limited`);  H and w half a step later in each cell (MUSCL-Hancock,
     van Leer 1984, doi:10.1137/0905001);  fluxes between cells by HLLC (Toro 2001, ISBN 0-471-98766-1, section 10.6),
     with the speed of a front on dry ground;  gravity;  friction dt/2
 
@@ -34,10 +34,6 @@ TILE = 8
 
 DRY = 1e-7
 """Depth [m] below which a cell has no velocity."""
-
-THIN = 1e-4
-"""Depth [m] below which snow does not push: its velocity is the mean of that of the snow that came together. What is
-left of a cell that has run dry is a small difference of large momenta otherwise, which may be as fast as it likes."""
 
 LEAST_DEPTH = 1e-3
 """Depth [m] below which friction takes a cell for this deep, as of columns (`depth.gather`)."""
@@ -107,10 +103,14 @@ class Kernels(NamedTuple):
 
 
 @ti.func
-def minmod(a, b):
-    """The smaller of two slopes, 0 where they differ in sign."""
-    found = ti.select(ti.abs(a) < ti.abs(b), a, b)
-    return ti.select(a * b > 0.0, found, 0.0 * a)
+def limited(a, b):
+    """Slope of a cell from the differences to either side: their mean, or twice the smaller where that is less, and 0
+    where they differ in sign (van Leer 1977, doi:10.1016/0021-9991(77)90095-X)."""
+    found = 0.0 * a
+    if a * b > 0.0:
+        least = 2.0 * ti.min(ti.abs(a), ti.abs(b))
+        found = ti.max(-least, ti.min(least, 0.5 * (a + b)))
+    return found
 
 
 @functools.cache
@@ -198,11 +198,11 @@ def kernels(real, law, serial):
         ahead = carried(velocity_of(cells, c + step), slope_at(cells, c + step), cells.ground[c + step, 5], own, cosine)
         behind = carried(velocity_of(cells, c - step), slope_at(cells, c - step), cells.ground[c - step, 5], own, cosine)
         wet_up, wet_down = cells.state[c + step, 0] > DRY, cells.state[c - step, 0] > DRY
-        found = ti.Vector([minmod(cells.state[c + step, 0] - H, H - cells.state[c - step, 0]), 0.0 * H, 0.0 * H])
+        found = ti.Vector([limited(cells.state[c + step, 0] - H, H - cells.state[c - step, 0]), 0.0 * H, 0.0 * H])
         for k in ti.static(range(2)):
             up, down = ahead[k] - w[k], w[k] - behind[k]
             if wet_up and wet_down:
-                found[1 + k] = minmod(up, down)
+                found[1 + k] = limited(up, down)
         return found
 
     @grouped_kernel(real)
@@ -346,33 +346,6 @@ def kernels(real, law, serial):
         return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([sx, sy]), cosine,
                        slope_at(cells, c), cells.ground[c, 5])
 
-    @ti.func
-    def mixed(cells: ti.template(), step: ti.template(), c, giver, mass):
-        """Depth, and depth times velocity (2), that come to c from a neighbour, which gives `mass` if above 0."""
-        found, got = ti.Vector.zero(real, 3), step.dt / step.dx * mass
-        if got > 0.0:
-            w = carried(ti.Vector([cells.ahead[giver, 1], cells.ahead[giver, 2]]), slope_at(cells, giver),
-                        cells.ground[giver, 5], slope_at(cells, c), cells.ground[c, 5])
-            found = ti.Vector([got, got * w[0], got * w[1]])
-        return found
-
-    @ti.func
-    def drifting(cells: ti.template(), tiles: ti.template(), step: ti.template(), c):
-        """Velocity of snow that does not push: what stays of its own, and what comes."""
-        left, right, below, above = c - tiles.ny, c + tiles.ny, c - 1, c + 1
-        met = (mixed(cells, step, c, left, crossing(cells, left, c, 0))
-               + mixed(cells, step, c, right, -crossing(cells, c, right, 0))
-               + mixed(cells, step, c, below, crossing(cells, below, c, 1))
-               + mixed(cells, step, c, above, -crossing(cells, c, above, 1)))
-        out = step.dt / step.dx * (ti.max(crossing(cells, c, right, 0), 0.0) - ti.min(crossing(cells, left, c, 0), 0.0)
-                                   + ti.max(crossing(cells, c, above, 1), 0.0)
-                                   - ti.min(crossing(cells, below, c, 1), 0.0))
-        own = ti.max(0.0 * out, cells.state[c, 0] - out)
-        pull = step.dt * cells.ground[c, 5] ** 2 * step.g
-        for k in ti.static(range(2)):
-            met[1 + k] += own * (cells.state[c, 1 + k] - pull * cells.ground[c, k])
-        return ti.Vector([met[1], met[2]]) / ti.max(met[0] + own, ti.cast(1e-30, real))
-
     @grouped_kernel(real)
     def update(cells: Cells, friction: Friction, tiles: Tiles, step: Step, report: Array):
         """What crossed the faces, gravity, and the second half of friction."""
@@ -401,11 +374,8 @@ def kernels(real, law, serial):
                         mx = H * u + share * (into[0] - out[0] + under[0] - over[0]) - pull * sx
                         my = H * v + share * (into[1] - out[1] + under[1] - over[1]) - pull * sy
                         u, v = 0.0 * H, 0.0 * H
-                        if new > THIN:
+                        if new > DRY:
                             u, v = mx / new, my / new
-                        elif new > DRY:
-                            slow = drifting(cells, tiles, step, c)
-                            u, v = slow[0], slow[1]
                         if new > DRY and (u != 0.0 or v != 0.0):
                             # the first half does not act on snow that is held: it gets all of it here
                             rest = ti.select(cells.held[c] == 1, 1.0, 0.5) * step.dt
