@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from snowmpm import components
+from snowmpm.scenes.depth_scheme import for_columns
 
 if TYPE_CHECKING:
     from snowmpm.scenes.schema import Scene
@@ -28,9 +29,23 @@ class Choice:
     values: dict[str, Any]
     why: str
 
+    @property
+    def dotted(self) -> list[tuple[str, Any]]:
+        """Dotted keys and values."""
+        return [(f"solver.{key}", value) for key, value in self.values.items()]
+
     def __str__(self) -> str:
-        return ", ".join(f"solver.{key} = {value!r}".replace("'", '"') for key, value in self.values.items()) + (
+        return ", ".join(f"{key} = {value!r}".replace("'", '"') for key, value in self.dotted) + (
             f": {self.why}")
+
+
+@dataclass(frozen=True)
+class Scheme(Choice):
+    """Columns in place of volumes."""
+
+    @property
+    def dotted(self) -> list[tuple[str, Any]]:
+        return [("solver.depth.scheme", "columns")]
 
 
 GRAINS_AT_RANDOM = Choice({"sampling": "poisson"}, "rows of a lattice part where a column of grains stretches, and its"
@@ -43,6 +58,8 @@ THIN_BEAM = Choice({"kernel": "cubic", "gradient": "shape"}, "a thin elastic bod
 
 def choices(scene: "Scene") -> list[Choice]:
     """`Choice`s for a scene whose tables have been validated individually."""
+    if scene.solver.in_plan and not scene.saw_test:
+        return _columns(scene)
     if scene.solver.method != "mpm" or scene.saw_test:
         return []
     if any(body.material not in scene.materials for body in scene.bodies):  # which is refused
@@ -50,6 +67,15 @@ def choices(scene: "Scene") -> list[Choice]:
     found = [GRAINS_AT_RANDOM, GRAINS_CALM] if _columns_of_grains(scene) else [THIN_BEAM] if _bends_far(scene) else []
     given = scene.solver.model_fields_set
     return [choice for choice in found if not given & choice.values.keys()]
+
+
+def _columns(scene):
+    """Columns where the scene needs them, and names no scheme."""
+    given = scene.solver.depth
+    if "scheme" in given.model_fields_set or not (found := for_columns(scene, last=not scene.switch)):
+        return []
+    key, _, why = found[0]
+    return [Scheme({"depth": given.model_copy(update={"scheme": "columns"})}, f"{key} {why}")]
 
 
 def _columns_of_grains(scene):

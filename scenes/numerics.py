@@ -120,9 +120,10 @@ class Sph(Spec):
 class Depth(Spec):
     """Options of the depth-averaged method."""
 
-    scheme: Literal["columns", "volumes"] = "columns"
-    """columns: particles in plan that carry the snow, with every component; volumes: finite volumes on the grid, of
-    second order and with sharp fronts of thin snow, for snow of one material that is let go at the start"""
+    scheme: Literal["columns", "volumes"] = "volumes"
+    """volumes: finite volumes on the grid, which hold snow of any depth; columns: particles in plan that carry it. When
+    missing, columns for what needs them: snow of several materials, water in a flow, a zone, a method that takes over,
+    and the three keys that act on columns: damping, mixing, rim"""
     damping: NonNegative = 0.93
     """C_1 of the rate C_1 c / dx at which neighbours give up differences of velocity that are not linear in place [-]:
     it keeps columns in order"""
@@ -247,6 +248,16 @@ class Solver(Spec):
     def in_plan(self) -> bool:
         """Whether particles are columns of snow that move in plan."""
         return METHODS[self.method].capabilities.plan
+
+    @property
+    def in_volumes(self) -> bool:
+        """Whether finite volumes in plan hold the snow."""
+        return self.in_plan and self.depth.scheme == "volumes"
+
+    @property
+    def adapted(self) -> str:
+        """Name of the modules in which components have their adapter for it."""
+        return "volumes" if self.in_volumes else self.method
 
 
 components.open_table("solver", Solver)

@@ -24,7 +24,7 @@ from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import LIST, NUMBER, TABLE, Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.stop import Stop
-from snowmpm.scenes.switch import Switch, with_switches
+from snowmpm.scenes.switch import Switch, parts, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 from snowmpm.scenes.water import AnyWater
@@ -197,17 +197,23 @@ components.open_table("scene", Scene)
 
 
 def _with_choices(scene):
-    """Copy of the scene with the values that the program chooses for keys of the solver left open (`choices`).
+    """Copy of the scene with the values that the program chooses for keys of the solver left open (`choices`), also of
+    solvers that take over.
 
     Returns the scene itself if there is nothing to choose.
     """
-    found = choices(scene)
-    if not found:
-        return scene
-    values = {key: value for choice in found for key, value in choice.values.items()}
-    chosen = scene.model_copy(update={"solver": scene.solver.model_copy(update=values)})
-    chosen._choices = tuple(found)
-    return chosen
+    found, switches = choices(scene), list(scene.switch)
+    if found:
+        values = {key: value for choice in found for key, value in choice.values.items()}
+        scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=values)})
+    for i, part in enumerate(parts(scene)[1:]):
+        for choice in choices(part.model_copy(update={"switch": scene.switch[i + 1 :]})) if part.solver.in_plan else []:
+            switches[i] = switches[i].model_copy(update={"solver": part.solver.model_copy(update=choice.values)})
+            found.append(choice)
+    if found:
+        scene = scene.model_copy(update={"switch": tuple(switches)})
+        scene._choices = tuple(found)
+    return scene
 
 
 class _SawTestOnly(Spec):

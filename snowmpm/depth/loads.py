@@ -62,14 +62,19 @@ class Gauges:
         self._g, self._dx, self._density, self.totals = g, grid.dx, density, np.zeros((len(self._gauges), 7))
         self._grounds = [_ground(gauge.middle, grid, bed) for gauge in self._gauges]
         self._ends = np.cumsum([len(gauge.nodes) for gauge in self._gauges])
-        self._places = int_array(np.concatenate([gauge.nodes for gauge in self._gauges]))
-        self._picked = np.zeros((self._ends[-1], 3))
+        self.nodes = np.concatenate([gauge.nodes for gauge in self._gauges])
+        """of the plan grid, whose snow they feel"""
+        self._places, self._picked = int_array(self.nodes), np.zeros((self._ends[-1], 3))
 
-    def feel(self, totals, unit, dt):
+    def feel_nodes(self, totals, unit, dt):
         """Add the load of a step. totals: Taichi (n_nodes,), of `depth.nodes`: volume, and volume times velocity in
         plan, over `unit` [m3]."""
         _pick(totals, self._places, self._picked)
-        parts = np.split(self._picked * unit, self._ends[:-1])
+        self.feel(self._picked * unit, dt)
+
+    def feel(self, sums, dt):
+        """Add the load of a step. sums (k, 3): volume [m3], and volume times velocity in plan, at `nodes`."""
+        parts = np.split(sums, self._ends[:-1])
         for gauge, (ground, slope), sums, total in zip(self._gauges, self._grounds, parts, self.totals, strict=True):
             force, height = self._force(gauge, sums, gauge.top - ground, slope)
             arm = np.array([*gauge.middle, ground + 0.5 * height]) - gauge.centre

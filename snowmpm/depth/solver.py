@@ -16,28 +16,13 @@ from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth import gather, scatter
 from snowmpm.depth.arrays import GroundArrays, NodeArrays, Segments, Tallies
-from snowmpm.depth.bed import Bed
-from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
-from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.intake import Intake
-from snowmpm.depth.loads import Gauges
 from snowmpm.depth.nodes import NODE, TOTALS, Tiles, node_kernel
 from snowmpm.depth.nodes import Step as NodeStep
-from snowmpm.depth.plan_grid import PlanGrid
+from snowmpm.depth.plan_solver import BLOCK_SHARE, WALLS, PlanSolver
 from snowmpm.errors import InputError, SimulationError
-from snowmpm.ground.friction import GroundFriction
-from snowmpm.particles.coordinates import Frame
-from snowmpm.stepping.component import Adapters
-from snowmpm.stepping.contract import (
-    Around,
-    Forecasts,
-    Method,
-    PushesObstacles,
-    StepLimits,
-    Totals,
-    Workload,
-)
+from snowmpm.stepping.contract import Around, StepLimits, Totals, Workload
 from snowmpm.stepping.setting import Setting
 from snowmpm.stepping.time_step import Extremes
 
@@ -48,14 +33,11 @@ USUAL_ADVECTIVE = 0.9
 """Cells that a column crosses in a step of a scene that gives no C: run-out, peaks and areas of an avalanche are the
 same to 0.3 % with 0.25."""
 
-WALLS = ("slip", "symmetric")
-"""Sides that send columns back."""
-
 COLUMN_STEP = 60e-9
 """Time of a step [s] a column on one thread, to choose how loops are handed out."""
 
 
-class DepthSolver(Method, Around, PushesObstacles, Forecasts):
+class DepthSolver(PlanSolver, Around):
     """Columns of a population on a ground."""
 
     particles: Columns
@@ -65,23 +47,12 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         """friction: `ground.friction.GroundFriction`, or a law whose parameters are all numbers; setting: fields of
         `Setting`, of which the obstacles are those whose loads are wanted."""
         given = Setting(**setting)
-        terrain, sides, dx, precision = given.terrain, given.walls, given.dx, given.precision
-        self.precision, self.options, self.adapters = precision, options, Adapters(given.adapters)
-        self.gravity = np.asarray(given.gravity, float)
-        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
-            raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
-        self.frame = Frame(3, precision, given.lower, dx, given.lower, given.upper)
-        first, last = aligned(given.lower, given.upper, dx, terrain)
-        self.grid = PlanGrid(first, last, dx, [side[0] == "periodic" for side in sides[:2]])
-        self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
+        super().__init__(options, friction, given)
         self._load: Any = next((one.load for one in self.adapters if one.load), None)
-        self.particles = Columns(population, laws, self.grid, self.bed, precision, self._load)
+        self.particles = Columns(population, laws, self.grid, self.bed, self.precision, self._load)
         self.cfl, self._advective = given.cfl or USUAL_CFL, given.cfl or USUAL_ADVECTIVE
-        self._tables(friction, sides, population)
-        mean = self.particles.mass / max(float(population.volumes.sum()), 1e-300)
-        self._gauges = None
-        if given.obstacles:
-            self._gauges = Gauges(given.obstacles, self.grid, self.bed, -float(self.gravity[2]), mean)
+        self._tables(population)
+        self._gauge(given.obstacles, self.particles.mass, population)
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged = 0.0, 0, 0
         self._wave = self._first_wave()
@@ -99,7 +70,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
             return VolumeSolver(population, laws, options, friction=terrain_friction, **setting)
         return cls(population, laws, options, friction=terrain_friction, **setting)
 
-    def _tables(self, friction, sides, population):
+    def _tables(self, population):
         """What kernels read beside the columns."""
         real = runtime.DTYPES[self.precision][0]
         grid, count = self.grid, max(1, self.particles.count)
@@ -117,41 +88,21 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         self.nodes = NodeArrays(
             grid.lookup, values, totals, int_array(np.zeros(n_tiles)), real_array(grid.flat(self.bed.cos2)),
             int_array(grid.n_nodes * load.set_of if self._sets > 1 else np.zeros(1)))
-        self._law, numbers = self.on_ground(friction)
-        for changed in self.adapters.friction:
-            self._law, numbers = changed(self._law, numbers, grid)
         self._intake = next((make(self) for make in self.adapters.intake), None) or Intake.none(grid)
-        place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
-        place[grid.nodes()[self.bed.holes]] = -1
         walls = np.zeros((2, 4), int)
         for axis in (0, 1):
-            walls[axis] = [*(name in WALLS for name in sides[axis]), grid.shape[axis],
+            walls[axis] = [*(name in WALLS for name in self._sides[axis]), grid.shape[axis],
                            grid.repeats[axis]]
-        self._ground = GroundArrays(self.bed.table, self.bed.stride, int_array(place), real_array(numbers),
+        self._ground = GroundArrays(self.bed.table, self.bed.stride, int_array(self._place), real_array(self._numbers),
                                     int_array(walls))
         self._bounds: Any = None
         self._report: Any = ()
         self._serial = runs_serially(COLUMN_STEP * count)
 
-    def on_ground(self, friction):
-        """Class of a law, and its numbers: a row, or one a node. friction: `ground.friction.GroundFriction`, or a law
-        whose parameters are all numbers."""
-        law, g = friction.law if isinstance(friction, GroundFriction) else friction, -float(self.gravity[2])
-        if not (isinstance(friction, GroundFriction) and friction.varies):
-            return type(law), np.array([law.parameters(g)], float)
-        x, y = np.moveaxis(self.grid.places(), -1, 0)
-        numbers = friction.on_nodes(x.ravel(), y.ravel(), on_terrain=~self.bed.holes.ravel(), gravity=g)
-        return type(law), self.grid.flat(numbers.T.reshape(*self.grid.shape, -1))
-
     @property
     def shared(self):
         """Whether all threads add to the same nodes, by atomics."""
         return self._shared
-
-    @property
-    def real(self):
-        """Taichi type of its numbers."""
-        return runtime.DTYPES[self.precision][0]
 
     @property
     def serial(self):
@@ -194,7 +145,7 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
             for act in self.adapters.after_gather:
                 act(dt)
             if self._gauges:
-                self._gauges.feel(nodes.totals, self.unit, dt)
+                self._gauges.feel_nodes(nodes.totals, self.unit, dt)
         store.changed()
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
@@ -264,21 +215,10 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
 
     def course(self, end_time, interval):
         """`Course` of a run from now, by blocks that slide down from where columns are."""
-        store, grid = self.particles, self.grid
-        if store.count == 0 or self.gravity[2] == 0.0:
-            return None
-        snapshot = store.snapshot()
-        chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
-        position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
-        material = snapshot.labels[chosen, 0]
-        numbers, place = (array.to_numpy() for array in (self._ground.friction, self._ground.place))
-        state = position, w, np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), store.density[material]
-        blocks = Blocks(grid, self.bed, -float(self.gravity[2]),
-                        (self._law, numbers.astype(float), place[grid.nodes()]), state, self.options.centrifugal,
-                        self._load and (self._load.share, material))
-        share = self.cfl / math.sqrt(DEEPER)
-        course = run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
-        return course.later(float(store.starts[-1]), end_time)
+        store, share = self.particles, self.cfl * BLOCK_SHARE
+        return self._course(store.density, lambda speed: self._longest(share, self._advective, speed)[0],
+                            float(store.starts[-1]) if store.count else 0.0, end_time, interval,
+                            self._load and self._load.share)
 
     @property
     def limits(self):
@@ -318,9 +258,6 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
-    def _momentum(self):
-        return self.particles.masses() @ self.particles.column("velocity") if self.particles.count else np.zeros(3)
-
     @property
     def totals(self):
         """`Totals` as they are now. The ground gives vertically what keeps the snow on it."""
@@ -328,11 +265,6 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
         vertical = self._momentum()[2] + gone[2] - self._start[2] - self.weight_impulse[2]
         return Totals(np.append(self._plan_impulse, vertical), self.weight_impulse.copy(), np.zeros(3), 0.0,
                       self.contact_work)
-
-    @property
-    def obstacle_totals(self):
-        """`PushesObstacles.obstacle_totals` (`depth.loads`)."""
-        return self._gauges.totals if self._gauges else np.zeros((0, 7))
 
     @property
     def workload(self):
@@ -371,13 +303,3 @@ class DepthSolver(Method, Around, PushesObstacles, Forecasts):
             self._gauges.restore(state["gauges"])
         if self.adapters.move_ground:
             self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
-
-
-def aligned(lower, upper, dx, terrain):
-    """Plan corners of the grid: its cells fall together with those of an elevation raster of the same size."""
-    lower, upper = np.asarray(lower, float)[:2], np.asarray(upper, float)[:2]
-    lattice = getattr(terrain, "lattice", None)
-    if lattice is None or abs(lattice[1] - dx) > 1e-6 * dx:
-        return lower, upper
-    first = np.floor((lower - lattice[0]) / dx + 1e-6)
-    return lattice[0] + first * dx, upper

@@ -187,7 +187,7 @@ class Model:
         build = resolved(components.builder(self.scene, chosen.method) or entry.builder)
         options = chosen[entry.options] if entry.options else chosen
         seeds = self.population if population is None else population
-        adapters = components.adapters(self, chosen.method)
+        adapters = components.adapters(self, chosen.adapted)
         acting = {"adapters": adapters} if adapters else {}
         return build(seeds, self.all_laws, options, **self._setting(), **acting)
 

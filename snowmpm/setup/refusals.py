@@ -7,6 +7,7 @@ from snowmpm import components
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, has, who_can
 from snowmpm.saw_test.weak_layer import weak_layer_of
+from snowmpm.scenes.depth_scheme import for_columns
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.shapes import ThicknessRaster
@@ -91,7 +92,8 @@ def refuse_beyond(scene):
                 if i == 0:
                     raise
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
-    for refusals in (_switches, _zone, _uncomputed, _cuts, _cracks, _averaged_hats, _beside_components, _narrow_bins):
+    for refusals in (_volumes, _switches, _zone, _uncomputed, _cuts, _cracks, _averaged_hats, _beside_components,
+                     _narrow_bins):
         for key, value, allowed in refusals(scene):
             raise InputError.at(key, value, allowed, scene.source)
 
@@ -116,8 +118,6 @@ def _zone(scene):
             yield key, value, "does not go with zone, which hands over all the time"
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         yield "domain.boundary", "periodic", "does not go with zone"
-    if _in_volumes(scene.solver):
-        yield "solver.depth.scheme", "volumes", "does not go with zone, around which columns flow"
     part = within(scene)
     for capability, wanted, key, value in demands(part, later=True):
         if capability not in OF_THE_RELEASE:
@@ -236,17 +236,18 @@ def _events(scene, used):
             yield f"events.{i}.kind", event.kind, f"does not go with {of}"
 
 
-def _in_volumes(solver):
-    return METHODS[solver.method].capabilities.plan and solver.depth.scheme == "volumes"
+def _volumes(scene):
+    """Refusals of what needs columns, where the scene asks for volumes."""
+    for i, part in enumerate(parts(scene)):
+        if part.solver.in_volumes:
+            for key, value, why in for_columns(part, last=i == len(scene.switch)):
+                yield key, value, f'{why}, and the scene has solver.depth.scheme = "volumes"'
 
 
 def _switches(scene):
     """Refusals of hand-overs that cannot be."""
-    solvers = [part.solver for part in parts(scene)]
-    methods = [solver.method for solver in solvers]
+    methods = [part.solver.method for part in parts(scene)]
     for i, switch in enumerate(scene.switch):
-        if _in_volumes(solvers[i]):
-            yield f"switch.{i}.to", switch.to, 'needs columns to hand over, not solver.depth.scheme = "volumes"'
         yield from _switch(scene, i, switch, *methods[i : i + 2])
 
 

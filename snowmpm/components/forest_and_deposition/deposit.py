@@ -169,10 +169,7 @@ class Deposit:
         """Volume [m3] over plan cells (columns along x, rows along y); None while there is none."""
         if not self._any:
             return None
-        volume = self.laid.to_numpy()[self._grid.nodes()]
-        parts = [_shares(self._grid.lower[a], self._grid.dx, volume.shape[a], lower[a], cell, shape[a])
-                 for a in (0, 1)]
-        return np.asarray(parts[0] @ volume @ parts[1].T)
+        return over_plan(self._grid, self.laid.to_numpy()[self._grid.nodes()], lower, cell, shape)
 
     def state(self):
         """What changes, by name."""
@@ -182,6 +179,12 @@ class Deposit:
         """Take over a `state()`."""
         self.laid.from_numpy(np.ascontiguousarray(state["laid"]))
         self._any = bool(state["laid"].any())
+
+
+def over_plan(grid, volume, lower, cell, shape):
+    """Volume (shape) over plan cells, of that over the cells of a `depth.plan_grid.PlanGrid` (nx, ny)."""
+    parts = [_shares(grid.lower[a], grid.dx, volume.shape[a], lower[a], cell, shape[a]) for a in (0, 1)]
+    return np.asarray(parts[0] @ volume @ parts[1].T)
 
 
 def _shares(first, dx, count, lower, cell, shape):

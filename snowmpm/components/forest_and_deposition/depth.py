@@ -28,6 +28,7 @@ class Stopping(Adapter):
     """
 
     name = "forest_and_deposition"
+    _deposit = Deposit
 
     def __init__(self, forest=None, time=None):
         self._forest, self._time = forest, time
@@ -53,7 +54,7 @@ class Stopping(Adapter):
         if solver.grid.repeats.any():
             raise InputError.at("domain.boundary", "periodic", "does not go with snow that becomes ground where it"
                                                                " stops")
-        self.deposit = Deposit(solver.grid, self._trees[..., 1] if stops else None, self._time)
+        self.deposit = self._deposit(solver.grid, self._trees[..., 1] if stops else None, self._time)
         self.moves_ground = True
         solver.particles.laid_in_plan.append(self.deposit.in_plan)
 

@@ -7,6 +7,7 @@ from snowmpm.annotations import derived
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.snapshot import EMPTY, depth_at_nodes
+from snowmpm.depth.volumes.kernels import GROUND
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.particles.snapshot_probe import SnapshotProbe
@@ -19,37 +20,75 @@ LEAST = 1e-6
 
 
 class FlowCells(Particles):
-    """state (nx + 2 MARGIN, ny + 2 MARGIN, 3): volume over plan H [m], velocity in plan [m/s]; ground (..., 6) as of
-    `kernels.GROUND`; heights of the ground under the middles of the cells [m]."""
+    """state_array (nx + 2 MARGIN, ny + 2 MARGIN, 3): volume over plan H [m], velocity in plan [m/s]; ground (..., 6) as
+    of `kernels.GROUND`; heights (...) of the ground under the middles of the cells [m]. later: pairs of a time [s] and
+    H (nx, ny) of snow that lies still until then, and does not touch what flows over it."""
 
-    def __init__(self, population, laws, grid, ground, heights, precision):
-        self.grid, self.precision, self.ground, self.heights = grid, precision, ground, heights
+    def __init__(self, population, laws, grid, precision):
+        """Of a `Population`; the solver fills in the ground."""
+        self.grid, self.precision = grid, precision
+        shape, real = tuple(grid.shape + 2 * MARGIN), DTYPES[precision][1]
+        self.ground, self.heights = np.zeros((*shape, GROUND), real), np.zeros(shape)
         self.materials = MaterialTable(laws, precision)
         self.density = float(self.materials.density[population.material[0]]) if len(population.volumes) else 1.0
         self.material = int(population.material[0]) if len(population.volumes) else 0
-        self.state_array = np.zeros((*(grid.shape + 2 * MARGIN), 3), DTYPES[precision][1])
+        self.state_array = np.zeros((*shape, 3), real)
         self.repeats, self.constants, self.sorts = np.append(grid.repeats, False), {}, 0
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0, "laid": 0.0,
                         "momentum": np.zeros(3), "carried": 0.0}
-        cell, offset = grid.cells(population.positions[:, :2])
-        inner = self.inner(self.state_array)
+        self.laid_in_plan = []
+        """Functions of components: (lower, cell, shape) -> volume [m3] that became ground over plan cells, or None"""
+        self.later = [(float(time), self._spread(population, population.starts == time)[..., 0])
+                      for time in np.unique(population.starts[population.starts > 0.0])]
+        self.inner(self.state_array)[:] = self._spread(population, population.starts <= 0.0)
+        # Cells are numbered by their place, whether there is snow in them or not
+        self.bodies = np.zeros(int(grid.shape.prod()), int)
+        self._seen = None
+
+    def _spread(self, population, chosen):
+        """H and velocity (nx, ny, 3) of a part of the population, spread by the spline as columns are: where they lie
+        within cells does not show."""
+        grid, found = self.grid, np.zeros((*self.grid.shape, 3))
+        cell, offset = grid.cells(population.positions[chosen, :2])
         if len(cell):
-            # Spread as columns are, by the spline: where they lie within cells does not show
-            parts = [depth_at_nodes(grid, cell, np.column_stack([offset, offset, population.volumes * part]))
-                     for part in (np.ones(len(cell)), *population.velocities[:, :2].T)]
+            parts = [depth_at_nodes(grid, cell, np.column_stack([offset, offset, population.volumes[chosen] * part]))
+                     for part in (np.ones(len(cell)), *population.velocities[chosen, :2].T)]
             first, volume = parts[0]
             place = tuple(slice(low, low + n) for low, n in zip(first, volume.shape, strict=True))
-            inner[(*place, 0)] = volume
+            found[(*place, 0)] = volume
             for axis in (0, 1):
-                inner[(*place, 1 + axis)] = parts[1 + axis][1] / np.maximum(volume, 1e-30)
-        # Cells are numbered by their place, whether there is snow in them or not. Snow that is found where there was
-        # none came from somewhere: that is taken to be the highest place of the release
-        self.bodies = np.zeros(int(grid.shape.prod()), int)
-        self.origins = np.column_stack([grid.places().reshape(-1, 2), self.inner(heights).ravel()])
-        wet = (inner[..., 0] > LEAST).ravel()
+                found[(*place, 1 + axis)] = parts[1 + axis][1] / np.maximum(volume, 1e-30)
+        return found
+
+    def find_origins(self):
+        """Where the snow of each cell was, once the ground is known. Snow that is found where there was none came from
+        somewhere: that is taken to be the highest place of the release."""
+        self.origins = np.column_stack([self.grid.places().reshape(-1, 2), self.inner(self.heights).ravel()])
+        wet = (self._all_depth() > LEAST).ravel()
         if wet.any():
             self.origins[~wet] = self.origins[wet][self.origins[wet, 2].argmax()]
-        self._seen = None
+
+    def _all_depth(self):
+        """H (nx, ny) of the snow that flows and of that which lies still, float64."""
+        return sum((H for _, H in self.later), self.inner(self.state_array)[..., 0].astype(float))
+
+    def release(self, time):
+        """Let snow go whose time has come; -> whether there was some."""
+        gone = [H for start, H in self.later if start <= time + 1e-9 * max(1.0, time)]
+        self.later = self.later[len(gone) :]
+        for H in gone:
+            inner = self.inner(self.state_array)
+            before = inner[..., 0].astype(float)
+            inner[..., 1:] *= (before / np.maximum(before + H, 1e-30))[..., None]
+            inner[..., 0] = before + H
+        return bool(gone)
+
+    def lay(self, mass, momentum, energy):
+        """Count snow that was laid down in a step: mass [kg], momentum (3,) [kg m/s] and energy [J]."""
+        self.changed()
+        self.removed["laid"] += mass
+        self.removed["momentum"] = self.removed["momentum"] + momentum
+        self.removed["energy"] += energy
 
     @staticmethod
     def inner(array):
@@ -68,7 +107,8 @@ class FlowCells(Particles):
     @derived
     def mass(self):
         """Of all snow [kg]."""
-        return float(self.inner(self.state_array)[..., 0].sum(dtype=float)) * self.grid.dx**2 * self.density
+        still = sum(float(H.sum()) for _, H in self.later)
+        return (still + float(self.inner(self.state_array)[..., 0].sum(dtype=float))) * self.grid.dx**2 * self.density
 
     @property
     def sizes(self):
@@ -94,7 +134,7 @@ class FlowCells(Particles):
     def snapshot(self):
         """`CellSnapshot` of the cells with snow as they are now; the same one until they change."""
         if self._seen is None:
-            self._seen = CellSnapshot(self)
+            self._seen = CellSnapshot(self, self._all_depth())
         return self._seen
 
     def column(self, name):
@@ -116,9 +156,30 @@ class FlowCells(Particles):
     def sums_in_plan(self, lower, cell, shape):
         """Sums over plan cells (`particles.contract.Particles`), each cell spread evenly over those it covers."""
         snapshot = self.snapshot()
+        if self.later:
+            snapshot = CellSnapshot(self, self.inner(self.state_array)[..., 0].astype(float))
         if not len(snapshot.labels):
             return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 4))
-        first, last = snapshot.cells.min(axis=0), snapshot.cells.max(axis=0) + 1
+        volume = snapshot.column("volume")[:, 0]
+        speed2 = (snapshot.column("velocity") ** 2).sum(axis=1)
+        mass = volume * self.density
+        return self._over_plan(snapshot.cells, np.column_stack([volume, mass, mass * np.sqrt(speed2), mass * speed2]),
+                               lower, cell, shape)
+
+    def resting_in_plan(self, lower, cell, shape):
+        """Volume of snow that waits, and of what was laid down (`particles.contract.Particles`)."""
+        parts = [found for of in self.laid_in_plan if (found := of(lower, cell, shape)) is not None]
+        volume = sum(parts[1:], parts[0]) if parts else None
+        for _, H in self.later:
+            volume = np.zeros(shape) if volume is None else volume
+            cells = np.argwhere(H > 0.0)
+            window, sums = self._over_plan(cells, H[tuple(cells.T)][:, None] * self.grid.dx**2, lower, cell, shape)
+            volume[window] += sums[..., 0]
+        return volume
+
+    def _over_plan(self, cells, values, lower, cell, shape):
+        """Window of plan cells, and sums (columns, rows, k) in it of values (n, k) of `cells` (n, 2), spread evenly."""
+        first, last = cells.min(axis=0), cells.max(axis=0) + 1
         spread, window = [], []
         for axis in (0, 1):
             at = (self.grid.lower[axis] + self.grid.dx * np.arange(first[axis], last[axis] + 1) - lower[axis]) / cell
@@ -129,25 +190,23 @@ class FlowCells(Particles):
                              0.0, None) / (self.grid.dx / cell)
             spread.append(sparse.csr_matrix(np.where(shares > 1e-9, shares, 0.0)))
             window.append(slice(low, high))
-        volume = snapshot.column("volume")[:, 0]
-        speed2 = (snapshot.column("velocity") ** 2).sum(axis=1)
-        box = np.zeros((*(last - first), 4))
-        mass = volume * self.density
-        box[tuple((snapshot.cells - first).T)] = np.column_stack([volume, mass, mass * np.sqrt(speed2), mass * speed2])
-        sums = np.stack([spread[0] @ box[..., k] @ spread[1].T for k in range(4)], axis=-1)
+        box = np.zeros((*(last - first), values.shape[1]))
+        box[tuple((cells - first).T)] = values
+        sums = np.stack([spread[0] @ box[..., k] @ spread[1].T for k in range(values.shape[1])], axis=-1)
         return tuple(window), sums
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All cells, by name."""
-        return {"cells": self.state_array.copy(), "removed": {**self.removed}, "sorts": self.sorts}
+        return {"cells": self.state_array.copy(), "removed": {**self.removed}, "sorts": self.sorts,
+                "to_come": len(self.later)}
 
     def restore(self, state):
         """Take over a `state()`."""
         self.state_array[:] = state["cells"]
         self.removed = {**state["removed"], "momentum": np.array(state["removed"]["momentum"])}
-        self.sorts = state["sorts"]
+        self.sorts, self.later = state["sorts"], self.later[len(self.later) - int(state["to_come"]) :]
         self.changed()
 
 
@@ -155,11 +214,14 @@ class CellSnapshot:
     """Cells with snow at one moment. labels (n, 2): index of the material, and number of the cell, which it keeps;
     cells (n, 2) in plan."""
 
-    def __init__(self, store):
+    def __init__(self, store, depth):
+        """depth: H (nx, ny), of which what lies still slows the mean of the cell down."""
         inner = store.inner(store.state_array)
-        self.cells = np.argwhere(inner[..., 0] > LEAST)
+        self.cells = np.argwhere(depth > LEAST)
         at = tuple(self.cells.T)
         self._values, self._ground = inner[at].astype(float), store.inner(store.ground)[at].astype(float)
+        self._values[:, 1:] *= (self._values[:, 0] / depth[at])[:, None]
+        self._values[:, 0] = depth[at]
         self._heights, self._grid = store.inner(store.heights)[at], store.grid
         number = np.ravel_multi_index(at, tuple(store.grid.shape)) if len(self.cells) else np.zeros(0, int)
         self.labels = np.column_stack([np.full(len(number), store.material), number])

@@ -22,11 +22,12 @@ face between two of them, so that a deposit does not creep.
 """
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.groups import Array, Real, grouped_kernel
+from snowmpm.compiler.groups import Array, Double, Real, grouped_kernel
 from snowmpm.compiler.parallel import strided, strides
+from snowmpm.depth.arrays import CoverArrays
 from snowmpm.materials.parameters import named
 
 TILE = 8
@@ -38,10 +39,10 @@ DRY = 1e-7
 LEAST_DEPTH = 1e-3
 """Depth [m] below which friction takes a cell for this deep, as of columns (`depth.gather`)."""
 
-REPORT = 4
-RATE, WORK, SPEED2 = 0, 1, 2
-"""Numbers of a tile's report: largest sum of |w| + c along both axes over dx [1/s], work of friction over the density
-[m5/s2], largest speed squared."""
+REPORT = 5
+RATE, WORK, SPEED2, TAKEN_UP, HEIGHT = 0, 1, 2, 3, 4
+"""Numbers of a tile's report: largest sum of |w| + c along both axes over dx [1/s], work of friction over density and
+area of a cell [m3/s2], largest speed squared, snow cover taken up [kg], and its sum of mass times height [kg m]."""
 
 GROUND = 6
 """Numbers of the ground in a cell: s (2), B (3: xx, yy, xy), cos."""
@@ -66,11 +67,20 @@ class Cells(NamedTuple):
 
 
 class Friction(NamedTuple):
-    """place (n,): row of each cell in numbers; rho [kg/m3]."""
+    """node (n,): number of each cell's node in the plan grid, place (nodes,): its row in numbers; rho [kg/m3]."""
 
+    node: Array
     place: Array
     numbers: Array
     rho: Real
+
+
+class Bed(NamedTuple):
+    """table (n,): coefficients of the ground's spline, as of `depth.bed`; heights (n,): of the ground under the middles
+    of the cells [m]."""
+
+    table: Array
+    heights: Array
 
 
 class Tiles(NamedTuple):
@@ -93,8 +103,9 @@ class Step(NamedTuple):
 
 
 class Kernels(NamedTuple):
-    """Those of a step, in their order."""
+    """The ground of live tiles from its spline, and those of a step, in their order."""
 
+    shape: object
     rub: object
     predict: object
     cross: object
@@ -114,10 +125,13 @@ def limited(a, b):
 
 
 @functools.cache
-def kernels(real, law, serial):
-    """`Kernels` for a law of friction (`snowmpm.ground`)."""
+def kernels(real, law, takes, serial):
+    """`Kernels` for a law of friction (`snowmpm.ground`). takes: `law` of an `intake.Intake`, or None."""
     stress, names = law.stress, law.PARAMETERS
-    n_numbers = len(names._fields)
+    intake: Any = takes.intake if takes else None
+    cover_names = takes.PARAMETERS if takes else law.PARAMETERS
+    taking = takes is not None
+    n_numbers, n_cover = len(names._fields), len(cover_names._fields)
 
     @ti.func
     def slope_at(cells: ti.template(), c):
@@ -137,26 +151,84 @@ def kernels(real, law, serial):
     def surface_speed(u, v, sx, sy):
         return ti.sqrt(u * u + v * v + (u * sx + v * sy) ** 2)
 
+    @grouped_kernel(real)
+    def shape(cells: Cells, bed: Bed, tiles: Tiles, dx: Double):
+        """Slope, curvature, cosine and height of the ground in live tiles."""
+        ti.loop_config(serialize=serial)
+        for turn in range(strides(tiles.n)):
+            tile = strided(turn, tiles.n)
+            if tile < tiles.n and tiles.live[tile] > 0:
+                for inner in range(TILE * TILE):
+                    i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
+                    if 0 < i < tiles.nx - 1 and 0 < j < tiles.ny - 1:
+                        c, middle = i * tiles.ny + j, bed.table[i * tiles.ny + j]
+                        # weights of the mean, and of the first and second derivative
+                        mean, first, second = (ti.Vector([0.125, 0.75, 0.125], ti.f64),
+                                               ti.Vector([-0.5, 0.0, 0.5], ti.f64), ti.Vector([1.0, -2.0, 1.0], ti.f64))
+                        s, bend, level = ti.Vector.zero(ti.f64, 2), ti.Vector.zero(ti.f64, 3), ti.cast(0.0, ti.f64)
+                        for a in ti.static(range(3)):
+                            for b in ti.static(range(3)):
+                                z = bed.table[c + (a - 1) * tiles.ny + b - 1] - middle
+                                level += mean[a] * mean[b] * z
+                                s += z * ti.Vector([first[a] * mean[b], mean[a] * first[b]])
+                                bend += z * ti.Vector([second[a] * mean[b], mean[a] * second[b], first[a] * first[b]])
+                        s, bend = s / dx, bend / dx**2
+                        bed.heights[c] = middle + level
+                        for a in ti.static(range(2)):
+                            cells.ground[c, a] = ti.cast(s[a], real)
+                        for a in ti.static(range(3)):
+                            cells.ground[c, 2 + a] = ti.cast(bend[a], real)
+                        cells.ground[c, 5] = ti.cast(1.0 / ti.sqrt(1.0 + s.dot(s)), real)
+
     @ti.func
-    def resisted(cells: ti.template(), friction: ti.template(), step: ti.template(), c, H, u, v, dt):
+    def of_cover(cover: ti.template(), node):
+        """Numbers of the snow cover at a node."""
+        return ti.Vector([ti.cast(cover.numbers[cover.place[node], k], real) for k in ti.static(range(n_cover))])
+
+    @ti.func
+    def normal_of(cells: ti.template(), step: ti.template(), c, u, v):
+        """Acceleration with which snow presses on the ground [m/s2]."""
+        turn = cells.ground[c, 2] * u * u + cells.ground[c, 3] * v * v + 2.0 * cells.ground[c, 4] * u * v
+        return ti.max(0.0 * u, cells.ground[c, 5] * (step.g + step.centrifugal * turn))
+
+    @ti.func
+    def resisted(cells: ti.template(), friction: ti.template(), cover: ti.template(), step: ti.template(), c, H, u, v,
+                 dt):
         """u, v after friction for dt, dry resistance [m/s2] at rest, and the work of friction over rho and plan."""
         sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
-        turn = cells.ground[c, 2] * u * u + cells.ground[c, 3] * v * v + 2.0 * cells.ground[c, 4] * u * v
-        normal = ti.max(0.0 * H, cosine * (step.g + step.centrifugal * turn))
+        normal = normal_of(cells, step, c, u, v)
         depth = ti.max(ti.cast(LEAST_DEPTH, real), H * cosine)
-        at = friction.place[c]
-        numbers = ti.Vector([ti.cast(friction.numbers[ti.max(at, 0), k], real) for k in ti.static(range(n_numbers))])
+        node = friction.node[c]
+        at = ti.max(friction.place[node], 0)
+        numbers = ti.Vector([ti.cast(friction.numbers[at, k], real) for k in ti.static(range(n_numbers))])
         speed = surface_speed(u, v, sx, sy)
         weight = friction.rho * depth
         tau = stress(named(names, numbers), friction.rho, weight * normal, speed, depth)
+        if ti.static(taking):
+            if cover.mass[node] > 0.0:
+                tau *= intake(named(cover_names, of_cover(cover, node)), friction.rho, tau[0] + tau[1] * speed, speed,
+                              depth)[1]
         slowed = ti.max(0.0 * H, speed - dt * tau[0] / weight) / (1.0 + dt * tau[1] / weight)
         if tau[1] < 0.0:  # a law that weakens with speed
             slowed = ti.max(0.0 * H, speed - dt * (tau[0] + tau[1] * speed) / weight)
         kept = slowed / ti.max(speed, ti.cast(1e-30, real))
         return ti.Vector([u * kept, v * kept, tau[0] / weight, 0.5 * H * (speed * speed - slowed * slowed)])
 
+    @ti.func
+    def pull_of(cells: ti.template(), friction: ti.template(), cover: ti.template(), step: ti.template(), c, H, u, v):
+        """Snow cover [kg/m2 over plan, s] that a flow of depth H and velocity u, v would take up."""
+        cosine, node = cells.ground[c, 5], friction.node[c]
+        depth, speed = (ti.max(ti.cast(LEAST_DEPTH, real), H * cosine),
+                        surface_speed(u, v, cells.ground[c, 0], cells.ground[c, 1]))
+        at = ti.max(friction.place[node], 0)
+        numbers = ti.Vector([ti.cast(friction.numbers[at, k], real) for k in ti.static(range(n_numbers))])
+        sigma = friction.rho * depth * normal_of(cells, step, c, u, v)
+        tau = stress(named(names, numbers), friction.rho, sigma, speed, depth)
+        return intake(named(cover_names, of_cover(cover, node)), friction.rho, tau[0] + tau[1] * speed, speed,
+                      depth)[0] / cosine
+
     @grouped_kernel(real)
-    def rub(cells: Cells, friction: Friction, tiles: Tiles, step: Step, report: Array):
+    def rub(cells: Cells, friction: Friction, cover: CoverArrays, tiles: Tiles, step: Step, report: Array):
         """Friction for half a step; which cells are held."""
         ti.loop_config(serialize=serial)
         for turn in range(strides(tiles.n)):
@@ -171,7 +243,7 @@ def kernels(real, law, serial):
                         cells.held[c] = 1
                         if H > DRY:
                             sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
-                            found = resisted(cells, friction, step, c, H, u, v, 0.5 * step.dt)
+                            found = resisted(cells, friction, cover, step, c, H, u, v, 0.5 * step.dt)
                             if u == 0.0 and v == 0.0:
                                 # the steeper side counts: the edge of a deposit must be able to give way
                                 up, down = cells.state[c + tiles.ny, 0] - H, H - cells.state[c - tiles.ny, 0]
@@ -193,16 +265,14 @@ def kernels(real, law, serial):
     def slopes_along(cells: ti.template(), c, step):
         """Limited differences of H, u, v across cell c, whose neighbours are `step` apart. Velocities of neighbours are
         turned into the plane of the cell, so that the ground's bends are no differences; dry ones have none."""
-        H, own, cosine = cells.state[c, 0], slope_at(cells, c), cells.ground[c, 5]
+        H, own, cosine, up, down = cells.state[c, 0], slope_at(cells, c), cells.ground[c, 5], c + step, c - step
         w = velocity_of(cells, c)
-        ahead = carried(velocity_of(cells, c + step), slope_at(cells, c + step), cells.ground[c + step, 5], own, cosine)
-        behind = carried(velocity_of(cells, c - step), slope_at(cells, c - step), cells.ground[c - step, 5], own, cosine)
-        wet_up, wet_down = cells.state[c + step, 0] > DRY, cells.state[c - step, 0] > DRY
-        found = ti.Vector([limited(cells.state[c + step, 0] - H, H - cells.state[c - step, 0]), 0.0 * H, 0.0 * H])
-        for k in ti.static(range(2)):
-            up, down = ahead[k] - w[k], w[k] - behind[k]
-            if wet_up and wet_down:
-                found[1 + k] = limited(up, down)
+        ahead = carried(velocity_of(cells, up), slope_at(cells, up), cells.ground[up, 5], own, cosine)
+        behind = carried(velocity_of(cells, down), slope_at(cells, down), cells.ground[down, 5], own, cosine)
+        found = ti.Vector([limited(cells.state[up, 0] - H, H - cells.state[down, 0]), 0.0 * H, 0.0 * H])
+        if cells.state[up, 0] > DRY and cells.state[down, 0] > DRY:
+            for k in ti.static(range(2)):
+                found[1 + k] = limited(ahead[k] - w[k], w[k] - behind[k])
         return found
 
     @grouped_kernel(real)
@@ -338,22 +408,29 @@ def kernels(real, law, serial):
         sy = 0.5 * (cells.ground[a, 1] + cells.ground[b, 1])
         cosine = 1.0 / ti.sqrt(1.0 + sx * sx + sy * sy)
         across = ti.select(axis == 0, sy, sx)
-        own = 0.5 * step.g * cells.ground[c, 5] ** 3 * cells.ahead[c, 0] ** 2
+        stiff = step.g * cells.ground[c, 5] ** 3
+        own = 0.5 * stiff * cells.ahead[c, 0] ** 2
         less = kept_back(cells, a, b, axis)
         giver = ti.select(cells.flux[a, axis, 0] > 0.0, cells.ahead[a, 1 + axis], cells.ahead[b, 1 + axis])
         n, t = (cells.flux[a, axis, 1] - less * cells.flux[a, axis, 0] * giver - cosine * (1.0 + across * across) * own,
                 (1.0 - less) * cells.flux[a, axis, 2] - cosine * sx * sy * (cells.flux[a, axis, 3] - own))
+        if cells.held[a] == 1 and cells.held[b] == 1:
+            # As what holds it is reckoned, by the gradient: deep snow that stands does not push a film beside it away
+            other = ti.select(c == a, cells.ahead[b, 0], cells.ahead[a, 0])
+            excess = 0.5 * stiff * cells.ahead[c, 0] * (other - cells.ahead[c, 0])
+            n, t = cosine * (1.0 + across * across) * excess, -cosine * sx * sy * excess
         return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([sx, sy]), cosine,
                        slope_at(cells, c), cells.ground[c, 5])
 
     @grouped_kernel(real)
-    def update(cells: Cells, friction: Friction, tiles: Tiles, step: Step, report: Array):
-        """What crossed the faces, gravity, and the second half of friction."""
+    def update(cells: Cells, friction: Friction, cover: CoverArrays, bed: Bed, tiles: Tiles, step: Step, report: Array):
+        """What crossed the faces, gravity, the second half of friction, and snow cover that is taken up."""
         ti.loop_config(serialize=serial)
         for turn in range(strides(tiles.n)):
             tile = strided(turn, tiles.n)
             if tile < tiles.n and tiles.live[tile] > 0:
                 rate, work, fastest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+                taken_up, height = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
                 for inner in range(TILE * TILE):
                     i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
                     if 1 < i < tiles.nx - 2 and 1 < j < tiles.ny - 2:
@@ -379,9 +456,27 @@ def kernels(real, law, serial):
                         if new > DRY and (u != 0.0 or v != 0.0):
                             # the first half does not act on snow that is held: it gets all of it here
                             rest = ti.select(cells.held[c] == 1, 1.0, 0.5) * step.dt
-                            found = resisted(cells, friction, step, c, new, u, v, rest)
+                            found = resisted(cells, friction, cover, step, c, new, u, v, rest)
                             u, v = found[0], found[1]
                             work += ti.cast(found[3], ti.f64)
+                            if ti.static(taking):
+                                node, area = friction.node[c], ti.cast(step.dx * step.dx, ti.f64)
+                                speed = surface_speed(u, v, sx, sy)
+                                if cover.mass[node] > 0.0 and speed > 0.0:
+                                    # by the midpoint rule, since what is taken up makes the flow deeper and slower
+                                    half = 1.0 + 0.5 * step.dt / (friction.rho * new) * pull_of(
+                                        cells, friction, cover, step, c, new, u, v)
+                                    wanted = step.dt * pull_of(cells, friction, cover, step, c, new * half, u / half,
+                                                               v / half)
+                                    taken = ti.min(ti.cast(wanted, ti.f64) * area, cover.mass[node])
+                                    cover.mass[node] -= taken
+                                    bed.table[c] -= taken * cover.lowering[node]
+                                    taken_up += taken
+                                    height += taken * bed.heights[c]
+                                    deeper = new + ti.cast(taken / (ti.cast(friction.rho, ti.f64) * area), real)
+                                    slower = new / deeper
+                                    work += 0.5 * ti.cast(new * speed * speed * (1.0 - slower), ti.f64)
+                                    new, u, v = deeper, u * slower, v * slower
                         cells.state[c, 0], cells.state[c, 1], cells.state[c, 2] = new, u, v
                         if new > DRY:
                             wave = ti.sqrt(step.g * new * cosine**4)
@@ -389,6 +484,7 @@ def kernels(real, law, serial):
                             rate = ti.max(rate, ti.cast((ti.abs(u) + ti.abs(v) + wide) / step.dx, ti.f64))
                             fastest = ti.max(fastest, ti.cast(surface_speed(u, v, sx, sy) ** 2, ti.f64))
                 report[tile, RATE], report[tile, SPEED2] = rate, fastest
+                report[tile, TAKEN_UP], report[tile, HEIGHT] = taken_up, height
                 report[tile, WORK] += work
 
-    return Kernels(rub, predict, cross, drain, update)
+    return Kernels(shape, rub, predict, cross, drain, update)

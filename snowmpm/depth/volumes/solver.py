@@ -7,21 +7,21 @@ import numpy as np
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
-from snowmpm.depth.bed import Bed
-from snowmpm.depth.plan_grid import MARGIN, PlanGrid
-from snowmpm.depth.solver import WALLS, aligned
+from snowmpm.depth.intake import Intake
+from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.plan_solver import BLOCK_SHARE, WALLS, PlanSolver
 from snowmpm.depth.volumes import kernels as steps
 from snowmpm.depth.volumes.cells import FlowCells
-from snowmpm.errors import InputError, SimulationError
-from snowmpm.ground.friction import GroundFriction
-from snowmpm.particles.coordinates import Frame
-from snowmpm.stepping.component import Adapters
-from snowmpm.stepping.contract import Forecasts, Method, StepLimits, Totals, Workload
+from snowmpm.errors import SimulationError
+from snowmpm.stepping.contract import StepLimits, Totals, Workload
 from snowmpm.stepping.setting import Setting
 from snowmpm.stepping.time_step import Extremes
 
 USUAL_CFL, CRITICAL_CFL = 0.8, 1.0
 """Sum over both axes of what waves and snow cross of a cell in a step: usual, and at most."""
+
+ALONG = 1.3
+"""Sum of a velocity's parts along both axes over the velocity, of directions at random."""
 
 AWAKE = 3
 """Steps without a look for snow in new tiles, fewer than these have cells."""
@@ -30,52 +30,50 @@ CELL_STEP = 200e-9
 """Time of a step [s] a cell on one thread."""
 
 
-class VolumeSolver(Method, Forecasts):
+class VolumeSolver(PlanSolver):
     """Snow of one material that flows over a ground, in cells."""
 
     def __init__(self, population, laws, options, *, friction, **setting):
         """Arguments as of `depth.solver.DepthSolver`. Raises InputError for what this scheme does not compute."""
         given = Setting(**setting)
-        _refuse(population, options, given)
-        self.precision, self.options, self.adapters = given.precision, options, Adapters(given.adapters)
-        self.gravity = np.asarray(given.gravity, float)
-        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
-            raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
-        self.frame = Frame(3, given.precision, given.lower, given.dx, given.lower, given.upper)
-        first, last = aligned(given.lower, given.upper, given.dx, given.terrain)
-        self._sides = given.walls
-        self.grid = PlanGrid(first, last, given.dx, [side[0] == "periodic" for side in self._sides[:2]])
-        self.bed = Bed(given.terrain, self.grid, [[name in WALLS for name in side] for side in self._sides[:2]])
-        real = runtime.DTYPES[given.precision][1]
-        ground, heights = _derivatives(self.bed.heights, given.dx)
-        self.particles = FlowCells(population, laws, self.grid, ground.astype(real), heights, given.precision)
+        super().__init__(options, friction, given)
+        self.particles = FlowCells(population, laws, self.grid, self.precision)
         self.cfl = given.cfl or USUAL_CFL
-        self._tables(friction, real)
+        self._tables()
+        self._mass, self._awake = self.particles.mass, 0
+        self._gauge(given.obstacles, self._mass, population)
+        if self._gauges:
+            nodes = self.grid.nodes()
+            cell = np.zeros((self.grid.n_nodes, 2), int)
+            cell[nodes] = np.moveaxis(np.indices(nodes.shape), 0, -1) + MARGIN
+            self._gauged = tuple(cell[self._gauges.nodes].T)
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged = 0.0, 0, 0
+        self.adapters.begin(self)
         self.restart_clock()
         self._look()
 
-    def _tables(self, friction, real):
-        nx, ny = self.particles.state_array.shape[:2]
+    def _tables(self):
+        """What kernels read."""
+        store, grid, real = self.particles, self.grid, self.real_numpy
+        nx, ny = store.state_array.shape[:2]
         n, rows = nx * ny, -(-ny // steps.TILE)
-        self._live = np.zeros(-(-nx // steps.TILE) * rows, np.int32)
+        self._live = np.ones(-(-nx // steps.TILE) * rows, np.int32)
         self._tiles = steps.Tiles(self._live, len(self._live), rows, nx, ny)
         self._report = np.zeros((len(self._live), steps.REPORT))
-        flat = self.particles.state_array.reshape(n, 3)
         empty = [np.zeros((n, *shape), real) for shape in ((3,), (steps.SLOPES,), (2, steps.FLUX))]
-        self._cells = steps.Cells(flat, np.ones(n, np.int32), np.ones(n, real), *empty,
-                                  self.particles.ground.reshape(n, steps.GROUND))
-        law, g = friction.law if isinstance(friction, GroundFriction) else friction, -float(self.gravity[2])
-        self._law, place = type(law), np.zeros((nx, ny), np.int32)
-        if isinstance(friction, GroundFriction) and friction.varies:
-            x, y = np.moveaxis(self.grid.places(), -1, 0)
-            numbers = friction.on_nodes(x.ravel(), y.ravel(), on_terrain=~self.bed.holes.ravel(), gravity=g).T
-            place = np.pad(np.arange(self.grid.shape.prod()).reshape(self.grid.shape), MARGIN, mode="edge")
-        else:
-            numbers = np.array([law.parameters(g)], float)
-        self._friction = steps.Friction(np.ascontiguousarray(place.ravel(), np.int32), np.ascontiguousarray(numbers),
-                                        self.particles.density)
+        self._cells = steps.Cells(store.state_array.reshape(n, 3), np.ones(n, np.int32), np.ones(n, real), *empty,
+                                  store.ground.reshape(n, steps.GROUND))
+        node = np.pad(grid.nodes(), MARGIN, mode="edge")
+        self._friction = steps.Friction(np.ascontiguousarray(node.ravel(), np.int32), self._place.astype(np.int32),
+                                        np.ascontiguousarray(self._numbers), store.density)
+        self.heights = self.bed.heights.copy()
+        """Coefficients (nx + 2 MARGIN, ny + 2 MARGIN) [m] of the ground's spline (`depth.bed`) as they are now."""
+        self._bed = steps.Bed(self.heights.ravel(), store.heights.ravel())
+        self._intake = next((make(self) for make in self.adapters.intake), None) or Intake.none(grid)
+        self._serial = runs_serially(CELL_STEP * max(1, int((store.state_array[..., 0] > 0.0).sum())))
+        self._shape()
+        store.find_origins()
         outside = np.zeros((nx, ny), bool)
         FlowCells.inner(outside)[:] = self.bed.holes
         for axis in (0, 1):
@@ -83,8 +81,23 @@ class VolumeSolver(Method, Forecasts):
                 if self._sides[axis][end] not in (*WALLS, "periodic"):
                     np.moveaxis(outside, axis, 0)[part] = True
         self._outside = np.flatnonzero(outside)
-        self._mass, self._awake = self.particles.mass, 0
-        self._serial = runs_serially(CELL_STEP * max(1, int((flat[:, 0] > 0.0).sum())))
+
+    @property
+    def real_numpy(self):
+        """NumPy type of its numbers."""
+        return runtime.DTYPES[self.precision][1]
+
+    def _kernels(self):
+        return steps.kernels(self.real, self._law, self._intake.law, self._serial)
+
+    def _shape(self):
+        """The ground of live tiles, from `heights`."""
+        for axis in (0, 1):
+            for end in (0, 1):
+                if self._sides[axis][end] in WALLS:
+                    self._one_side(self.heights, axis, end, lambda part, along: part)
+        with runtime.precision(self.precision):
+            self._kernels().shape(self._cells, self._bed, self._tiles, self.grid.dx)
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -114,25 +127,45 @@ class VolumeSolver(Method, Forecasts):
         """Advance by dt [s]."""
         self._beyond()  # first, so that snow at one end of a periodic axis wakes the other
         self._wake()
-        real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
-        step = steps.Step(dt, self.grid.dx, g, float(self.options.centrifugal))
+        if self.adapters.move_ground:
+            self._shape()
+        step = steps.Step(dt, self.grid.dx, -float(self.gravity[2]), float(self.options.centrifugal))
+        cover, kernels = self._intake.arrays, self._kernels()
         self._report[:] = 0.0
         with runtime.precision(self.precision):
-            kernels = steps.kernels(real, self._law, self._serial)
-            kernels.rub(self._cells, self._friction, self._tiles, step, self._report)
+            kernels.rub(self._cells, self._friction, cover, self._tiles, step, self._report)
             self._beyond()
             kernels.predict(self._cells, self._tiles, step)
             self._mirror_ahead()
             kernels.cross(self._cells, self._tiles, step)
             kernels.drain(self._cells, self._tiles, step)
             self._fill(self._cells.share.reshape(*self.particles.state_array.shape[:2], 1), (None, None))
-            kernels.update(self._cells, self._friction, self._tiles, step, self._report)
+            kernels.update(self._cells, self._friction, cover, self._bed, self._tiles, step, self._report)
+        if self._gauges:
+            state = self.particles.state_array[self._gauged].astype(float) * [self.grid.dx**2, 1.0, 1.0]
+            self._gauges.feel(state[:, :1] * np.column_stack([np.ones(len(state)), state[:, 1:]]), dt)
+        self._lose()
+        self._read()
+        self.particles.changed()
+        if self._intake.law:
+            self._gain()
+        self.weight_impulse += dt * self._mass * self.gravity
         self.time += dt
         self.steps += 1
-        self._lose()
-        self.particles.changed()
-        self._read()
-        self.weight_impulse += dt * self._mass * self.gravity
+        for act in self.adapters.end_step:
+            act(dt)
+        if self.adapters.move_ground:
+            self._mass = self.particles.mass
+        if self.particles.release(self.time):
+            self.particles.changed()
+            self._look()
+            self._awake = 0
+
+    def _gain(self):
+        """Count the snow cover that was taken up."""
+        removed = self.particles.removed
+        removed["entrained"] += float(self._report[:, steps.TAKEN_UP].sum())
+        removed["energy"] += float(self._report[:, steps.HEIGHT].sum()) * self.gravity[2]
 
     def _beyond(self):
         """Cells beyond the sides: the mirror image at walls, the other end of periodic axes."""
@@ -205,20 +238,26 @@ class VolumeSolver(Method, Forecasts):
         raise SimulationError(f"{where} has no finite depth or velocity, at t = {self.time:.6g} s, step {self.steps}:\n"
                               "lower solver.cfl or check the friction of the ground")
 
+    def _waves(self):
+        """Sum of the speeds of waves along both axes [m/s], of each cell with snow."""
+        store = self.particles
+        depth, ground = (FlowCells.inner(array).astype(float) for array in (store.state_array[..., 0], store.ground))
+        depth, ground = depth[depth > 0.0], ground[depth > 0.0]
+        return np.sqrt(-self.gravity[2] * depth) * ground[:, 5] ** 2 * np.sqrt(1.0 + ground[:, :2] ** 2).sum(axis=1)
+
     def _look(self):
         """The largest rate at which cells are crossed, of the snow as it is."""
-        state, ground = self.particles.state_array.astype(float), self.particles.ground.astype(float)
-        wave = np.sqrt(-self.gravity[2] * state[..., 0] * ground[..., 5] ** 4)
-        wide = wave * (np.sqrt(1.0 + ground[..., 0] ** 2) + np.sqrt(1.0 + ground[..., 1] ** 2))
-        rates = np.abs(state[..., 1:]).sum(axis=-1) + wide
-        self._rate = float(rates[state[..., 0] > 0.0].max(initial=0.0)) / self.grid.dx
+        state = FlowCells.inner(self.particles.state_array)
+        plan = np.abs(state[state[..., 0] > 0.0][:, 1:].astype(float)).sum(axis=1)
+        self._rate = float((plan + self._waves()).max(initial=0.0)) / self.grid.dx
 
     # ---- its length -------------------------------------------------------------------------------------------
 
-    def _longest(self, share):
-        """dt and cause: snow that speeds up with g crosses at most `share` of a cell."""
+    def _longest(self, share, speed=None):
+        """dt and cause: snow that speeds up with g crosses at most `share` of a cell. speed [m/s]: of the fastest waves
+        and snow, of the last step when missing."""
         g, way = -float(self.gravity[2]), share * self.grid.dx
-        speed = max(self._rate * self.grid.dx, 1e-30)
+        speed = max(self._rate * self.grid.dx if speed is None else speed, 1e-30)
         dt = 2.0 * way / (speed + math.sqrt(speed**2 + 2.0 * g * way))
         return dt, "advective" if self.extremes.speed > 0.5 * speed else "elastic"
 
@@ -234,6 +273,12 @@ class VolumeSolver(Method, Forecasts):
         """-> (step that a run takes about [s], what limits it): the one for now."""
         return self.stable_dt()
 
+    def course(self, end_time, interval):
+        """`Course` of a run from now, by blocks that slide down from where the snow is."""
+        store, waves = self.particles, float(self._waves().max(initial=0.0)) / BLOCK_SHARE
+        return self._course(store.materials.density, lambda speed: self._longest(self.cfl, ALONG * speed + waves)[0],
+                            max((start for start, _ in store.later), default=0.0), end_time, interval)
+
     @property
     def limits(self):
         """`StepLimits`."""
@@ -244,11 +289,10 @@ class VolumeSolver(Method, Forecasts):
         self.time, self.steps, self.contact_work = 0.0, 0, 0.0
         self.weight_impulse = np.zeros(3)
         self._start = self._momentum() + self.particles.removed["momentum"]
+        for one in self.adapters:
+            one.restart()
 
     # ---- reading ----------------------------------------------------------------------------------------------
-
-    def _momentum(self):
-        return self.particles.masses() @ self.particles.column("velocity") if self.particles.count else np.zeros(3)
 
     @property
     def totals(self):
@@ -259,12 +303,13 @@ class VolumeSolver(Method, Forecasts):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(self.particles.n_blocks)
+        return Workload(self.particles.n_blocks, components=self.adapters.work())
 
     @property
     def memory(self):
         """Bytes of everything but the cells with snow."""
-        return sum(array.nbytes for array in (*self._cells, self._friction.place, self._friction.numbers))
+        arrays = *self._cells, self._friction.node, self._friction.place, self._friction.numbers, *self._bed
+        return sum(array.nbytes for array in arrays) + self.adapters.bytes
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
@@ -272,54 +317,27 @@ class VolumeSolver(Method, Forecasts):
         """All that a bitwise continuation needs, by name."""
         return {"cells": self.particles.state(), "frame": self.frame.bounds, "extremes": asdict(self.extremes),
                 "rate": self._rate, "time": self.time, "steps": self.steps, "contact_work": self.contact_work,
-                "weight_impulse": self.weight_impulse.copy(), "start": self._start.copy()}
+                "weight_impulse": self.weight_impulse.copy(), "start": self._start.copy(),
+                "gauges": self._gauges.state() if self._gauges else {},
+                **({"components": self.adapters.state()} if self.adapters else {}),
+                "ground": self.heights.copy() if self.adapters.move_ground else np.zeros(0), "mass": self._mass}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene. Raises InputError when it does not fit."""
         self.frame.check(state["frame"])
         self.particles.restore(state["cells"])
-        self._mass, self._awake = self.particles.mass, 0
+        self._mass, self._awake = state["mass"], 0
         self.extremes, self._rate = Extremes(**state["extremes"]), state["rate"]
         self.time, self.steps, self.contact_work = state["time"], state["steps"], state["contact_work"]
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
-
-
-OF_COLUMNS = ("damping", "mixing", "rim")
-"""Options that act on columns alone."""
-
-
-def _refuse(population, options, given):
-    scheme, usual = 'solver.depth.scheme = "volumes"', type(options)()
-    for name in OF_COLUMNS:
-        if options[name] != usual[name]:
-            raise InputError.at(f"solver.depth.{name}", options[name], f"acts on columns, and goes without {scheme}")
-    if len(np.unique(population.material)) > 1:
-        raise InputError(f"{scheme}: takes snow of one material; columns take several")
-    if (population.starts > 0.0).any():
-        raise InputError(f"{scheme}: takes snow that is let go at the start; columns wait for their start_time")
-    if given.obstacles:
-        raise InputError(f"{scheme}: knows no obstacles; columns do")
-    if given.adapters:
-        raise InputError(f"{scheme}: goes without {', '.join(one.name for one in given.adapters)}; columns have it")
-
-
-def _derivatives(heights, dx):
-    """Slope, curvature (xx, yy, xy) and cosine (nx, ny, 6) of the spline of the ground at its nodes, and its height
-    there, from its coefficients (nx, ny): the same ground as under columns."""
-    def mean(values, axis):
-        wide = np.pad(values, [(1, 1) if k == axis else (0, 0) for k in range(2)], mode="reflect", reflect_type="odd")
-        parts = [np.take(wide, range(k, k + values.shape[axis]), axis) for k in range(3)]
-        return 0.125 * (parts[0] + parts[2]) + 0.75 * parts[1]
-
-    def change(values, axis, order):
-        wide = np.pad(values, [(1, 1) if k == axis else (0, 0) for k in range(2)], mode="reflect", reflect_type="odd")
-        parts = [np.take(wide, range(k, k + values.shape[axis]), axis) for k in range(3)]
-        return 0.5 * (parts[2] - parts[0]) / dx if order == 1 else (parts[0] - 2.0 * parts[1] + parts[2]) / dx**2
-
-    sx, sy = mean(change(heights, 0, 1), 1), mean(change(heights, 1, 1), 0)
-    parts = [sx, sy, mean(change(heights, 0, 2), 1), mean(change(heights, 1, 2), 0),
-             change(change(heights, 0, 1), 1, 1), 1.0 / np.sqrt(1.0 + sx**2 + sy**2)]
-    return np.ascontiguousarray(np.stack(parts, axis=-1)), mean(mean(heights, 0), 1)
+        if self.adapters:
+            self.adapters.restore(state["components"])
+        if self._gauges:
+            self._gauges.restore(state["gauges"])
+        if self.adapters.move_ground:
+            self.heights[:] = state["ground"]
+            self._live[:] = 1
+            self._shape()
 
 
 def _turned(part, velocity):
