@@ -71,11 +71,19 @@ def choices(scene: "Scene") -> list[Choice]:
 
 def _columns(scene):
     """Columns where the scene needs them, and names no scheme."""
-    given = scene.solver.depth
-    if "scheme" in given.model_fields_set or not (found := for_columns(scene, last=not scene.switch)):
+    found = for_columns(scene, last=not scene.switch)
+    return _chosen(scene.solver, f"{found[0][0]} {found[0][2]}") if found else []
+
+
+def taking_over(solver):
+    """`Choice`s for a solver that takes over from another method."""
+    return _chosen(solver, "in columns, snow that is handed over keeps where it came from") if solver.in_plan else []
+
+
+def _chosen(solver, why):
+    if "scheme" in solver.depth.model_fields_set:
         return []
-    key, _, why = found[0]
-    return [Scheme({"depth": given.model_copy(update={"scheme": "columns"})}, f"{key} {why}")]
+    return [Scheme({"depth": solver.depth.model_copy(update={"scheme": "columns"})}, why)]
 
 
 def _columns_of_grains(scene):

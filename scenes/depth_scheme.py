@@ -19,6 +19,8 @@ def for_columns(scene: Any, last: bool = True) -> list[tuple[str, Any, str]]:
     for component in components.used(scene):
         if component.supports(scene.solver.method) and not component.supports("volumes"):
             found.append((*next(iter(component.asked(scene))), "acts on columns"))
+    found += [(f"events.{i}.kind", event.kind, "needs to know the body that snow is of")
+              for i, event in enumerate(scene.events) if event.NEEDS == "removal"]
     if scene.zone:
         found.append(("zone.region", "a table", "takes columns in, and gives them back"))
     if not last:

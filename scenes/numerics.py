@@ -256,8 +256,13 @@ class Solver(Spec):
 
     @property
     def adapted(self) -> str:
-        """Name of the modules in which components have their adapter for it."""
+        """Name of the modules in which components have their adapter for it, and of the rows of its cost."""
         return "volumes" if self.in_volumes else self.method
+
+    @property
+    def pieces(self) -> str:
+        """What its particles are called."""
+        return "cells" if self.in_volumes else METHODS[self.method].particles
 
 
 components.open_table("solver", Solver)

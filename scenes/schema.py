@@ -12,7 +12,7 @@ from snowmpm.glance import Glance
 from snowmpm.materials import Material
 from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
-from snowmpm.scenes.choices import Choice, choices
+from snowmpm.scenes.choices import Choice, choices, taking_over
 from snowmpm.scenes.events import AnyEvent
 from snowmpm.scenes.forces import AnyForce
 from snowmpm.scenes.gravity import Gravity
@@ -24,7 +24,7 @@ from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import LIST, NUMBER, TABLE, Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.stop import Stop
-from snowmpm.scenes.switch import Switch, parts, with_switches
+from snowmpm.scenes.switch import Switch, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 from snowmpm.scenes.water import AnyWater
@@ -206,9 +206,9 @@ def _with_choices(scene):
     if found:
         values = {key: value for choice in found for key, value in choice.values.items()}
         scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=values)})
-    for i, part in enumerate(parts(scene)[1:]):
-        for choice in choices(part.model_copy(update={"switch": scene.switch[i + 1 :]})) if part.solver.in_plan else []:
-            switches[i] = switches[i].model_copy(update={"solver": part.solver.model_copy(update=choice.values)})
+    for i, switch in enumerate(switches):
+        for choice in taking_over(switch.solver):
+            switches[i] = switch.model_copy(update={"solver": switch.solver.model_copy(update=choice.values)})
             found.append(choice)
     if found:
         scene = scene.model_copy(update={"switch": tuple(switches)})

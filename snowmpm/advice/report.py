@@ -96,8 +96,8 @@ def _switches(scene, facts, later):
         entry = METHODS[switch.to]
         when = f"when {switch.when}" if switch.time is None else f"at t = {switch.time:g} s"
         about = "" if switch.time is not None else f", about at t = {one.begin:.2g} s"
-        said.append(f"to {entry.title} {when}{about}: {one.budget.n} {entry.particles}, cells of {one.dx:g} m, then"
-                    f" about {one.steps:.0f} steps")
+        said.append(f"to {entry.title} {when}{about}: {one.budget.n} {one.scene.solver.pieces}, cells of {one.dx:g} m,"
+                    f" then about {one.steps:.0f} steps")
     if scene.zone:
         entry, one = METHODS[scene.zone.solver.method], later[-1]
         return {"zone": f"by {entry.title}, at most {one.budget.n} {entry.particles}, cells of {one.dx:g} m, from about"
@@ -111,6 +111,6 @@ def _all_payments(budget, later, seconds):
     found = [payment if payment.share is None else replace(payment, share=payment.seconds / whole)
              for payment in budget.payments()]
     return found + [Payment(f"then {METHODS[one.scene.solver.method].title}",
-                            f"{one.budget.n} {METHODS[one.scene.solver.method].particles}, {one.steps:.0f} steps,"
+                            f"{one.budget.n} {one.scene.solver.pieces}, {one.steps:.0f} steps,"
                             f" {one.budget.frames} frames", cost, cost / whole)
                     for one, cost in zip(later, seconds, strict=True)]

@@ -1,12 +1,10 @@
 """What the two schemes of the depth-averaged method share: ground, friction, obstacles, forecast."""
 
-import math
-
 import numpy as np
 
 from snowmpm.compiler import runtime
 from snowmpm.depth.bed import Bed
-from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
+from snowmpm.depth.blocks import BLOCKS, Blocks, run_blocks
 from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.loads import Gauges
 from snowmpm.depth.plan_grid import PlanGrid
@@ -86,10 +84,6 @@ class PlanSolver(Method, PushesObstacles, Forecasts):
     def obstacle_totals(self):
         """`PushesObstacles.obstacle_totals` (`depth.loads`)."""
         return self._gauges.totals if self._gauges else np.zeros((0, 7))
-
-
-BLOCK_SHARE = 1.0 / math.sqrt(DEEPER)
-"""Of the steps that the waves of the release allow: those that it takes where it gathers."""
 
 
 def aligned(lower, upper, dx, terrain):

@@ -16,11 +16,12 @@ from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth import gather, scatter
 from snowmpm.depth.arrays import GroundArrays, NodeArrays, Segments, Tallies
+from snowmpm.depth.blocks import DEEPER
 from snowmpm.depth.columns import Columns
 from snowmpm.depth.intake import Intake
 from snowmpm.depth.nodes import NODE, TOTALS, Tiles, node_kernel
 from snowmpm.depth.nodes import Step as NodeStep
-from snowmpm.depth.plan_solver import BLOCK_SHARE, WALLS, PlanSolver
+from snowmpm.depth.plan_solver import WALLS, PlanSolver
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.stepping.contract import Around, StepLimits, Totals, Workload
 from snowmpm.stepping.setting import Setting
@@ -215,7 +216,7 @@ class DepthSolver(PlanSolver, Around):
 
     def course(self, end_time, interval):
         """`Course` of a run from now, by blocks that slide down from where columns are."""
-        store, share = self.particles, self.cfl * BLOCK_SHARE
+        store, share = self.particles, self.cfl / math.sqrt(DEEPER)
         return self._course(store.density, lambda speed: self._longest(share, self._advective, speed)[0],
                             float(store.starts[-1]) if store.count else 0.0, end_time, interval,
                             self._load and self._load.share)

@@ -35,12 +35,19 @@ class Scheme:
     method: str = "mpm"
     lengths: str = "constant"
     """smoothing lengths of SPH"""
+    part: str = ""
+    """of a method in two, what the rows of its steps are called"""
+
+    @property
+    def step(self):
+        """Name of its rows."""
+        return self.part or self.method
 
     @classmethod
     def of(cls, scene):
         solver = scene.solver
         return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
-                   solver.sph.lengths if solver.method == "sph" else "constant")
+                   solver.sph.lengths if solver.method == "sph" else "constant", solver.adapted)
 
 
 @functools.cache
@@ -69,7 +76,7 @@ def on_grid(scheme):
 
 def transfers(scheme):
     """ns a particle of scatter and gather, or of a step of a method without a grid, with the usual law."""
-    step, names = scheme.method, () if scheme.lengths == "constant" else (f"{scheme.method} {scheme.lengths}",)
+    step, names = scheme.step, () if scheme.lengths == "constant" else (f"{scheme.method} {scheme.lengths}",)
     if on_grid(scheme):
         step = "quadratic affine apic"
         names = f"{scheme.kernel} {scheme.gradient}", scheme.transfer
@@ -203,7 +210,7 @@ def _of(scheme, what, name):
 
 def call(scheme):
     """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
-    return 1e-9 * _of(scheme, "call", scheme.method)
+    return 1e-9 * _of(scheme, "call", scheme.step)
 
 
 def step(scheme, step_load, settling=False):

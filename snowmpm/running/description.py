@@ -4,7 +4,6 @@ import numpy as np
 
 from snowmpm import components, memory
 from snowmpm.io import layout
-from snowmpm.methods import METHODS
 from snowmpm.running.forecast import forecast
 from snowmpm.running.friction_class import class_chosen
 from snowmpm.scenes.switch import parts
@@ -71,7 +70,7 @@ def describe(model, solver):
     leaves open, and why), "starts_from", "gravity", "forces" and "damping", in words."""
     scene, store, told = model.scene, solver.particles, _acting(model)
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
-    coming, kind = forecast(scene, solver), METHODS[scene.solver.method].particles
+    coming, kind = forecast(scene, solver), scene.solver.pieces
     steps = int(np.ceil(coming.steps))
     if coming.course:
         speed = f", at {coming.course.speed:.0f} m/s" if coming.course.speed >= SLOW else ""

@@ -7,7 +7,6 @@ import warnings
 import numpy as np
 
 from snowmpm.errors import InputError, nearest_file
-from snowmpm.methods import METHODS
 from snowmpm.scenes import starts
 from snowmpm.scenes.terrain import Dem, Mesh
 from snowmpm.seeding.attributes import ABSENT
@@ -112,8 +111,8 @@ def outlook(scene):
     if blocks is not None:
         end = max(20.0, 10.0 * math.ceil(0.1 * LATER * blocks.rests))
         values = {"end_time": end, "output.interval": _interval(end)}
-    kind = METHODS[scene.solver.method].particles
-    return values, f"dx = {scene.solver.dx:g} m, {len(model.population.volumes)} {kind}"
+    many = solver.particles.count if scene.solver.in_volumes else len(model.population.volumes)
+    return values, f"dx = {scene.solver.dx:g} m, {many} {scene.solver.pieces}"
 
 
 def _interval(end):

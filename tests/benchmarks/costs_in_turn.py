@@ -153,23 +153,25 @@ def _followed(dim, length):
 
 
 def columns():
-    """ns a column of a step of the depth-averaged method with Voellmy friction, of a sheet that slides down a plane;
-    ns of a step of hardly any."""
-    for precision in ("f32", "f64"):
-        many, few = (_least_step(side, precision) for side in (FIELD, 4))
-        speed = measured_speed().over(Speed(*costs.reference_speed()))
-        a_column = (many[1] - few[1]) / (many[0] - few[0])
-        yield "step", 3, precision, "depth", a_column / speed[0]
-        if precision == "f32":
-            yield "call", 3, "f32", "depth", (few[1] - few[0] * a_column) / speed[1]
+    """ns a column, or a cell with snow, of a step of the depth-averaged method with Voellmy friction, of a sheet that
+    slides down a plane; ns of a step of hardly any."""
+    for scheme, name in (("columns", "depth"), ("volumes", "volumes")):
+        for precision in ("f32", "f64"):
+            many, few = (_least_step(side, precision, scheme) for side in (FIELD, 4))
+            speed = measured_speed().over(Speed(*costs.reference_speed()))
+            each = (many[1] - few[1]) / (many[0] - few[0])
+            yield "step", 3, precision, name, each / speed[0]
+            if precision == "f32":
+                yield "call", 3, "f32", name, (few[1] - few[0] * each) / speed[1]
 
 
-def _least_step(side, precision):
-    """-> (columns, ns of the fastest step) of a square of so many cells."""
+def _least_step(side, precision, scheme):
+    """-> (columns or cells, ns of the fastest step) of a square of so many cells."""
     region = {"polygon": [[8.0, 8.0], [8.0 + side, 8.0], [8.0 + side, 8.0 + side], [8.0, 8.0 + side]]}
     scene = Scene.model_validate({
         "name": "columns", "dimension": 3, "end_time": 1.0, "solver": {"method": "depth", "dx": 1.0,
-                                                                       "precision": precision},
+                                                                       "precision": precision,
+                                                                       "depth": {"scheme": scheme}},
         "domain": {"min": [0.0, 0.0, -100.0 - side], "max": [side + 40.0, side + 16.0, 100.0]},
         "terrain": {"kind": "plane", "point": [0.0, 0.0, 0.0], "angle": 20.0,
                     "friction": {"law": "voellmy", "mu": 0.2, "xi": 1500.0}},

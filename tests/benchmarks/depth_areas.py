@@ -1,7 +1,7 @@
 """How far a depth-averaged flow spreads: areas of peak thickness on four paths by four ways, with the same friction.
 
     python tests/benchmarks/depth_areas.py TERRAIN ISEESNOW --mot BINARY --avaframe PYTHON [--cells 5]
-                                           [--ways columns volumes MoT-Voellmy com1DFA] [--paths avaGar ...] [-o FOLDER]
+                                           [--ways columns volumes MoT-Voellmy com1DFA]
 
 TERRAIN: AvaFrame's avaGar.asc, avaAlr.tif and their releases; ISEESNOW: the study's cases (tests/benchmarks/iseesnow.py).
 MoT-Voellmy is compiled from its source (cc -O3), PYTHON has `pip install avaframe`. 1.5 m of snow normal to the ground;
@@ -75,11 +75,11 @@ def ours(scheme, inputs, folder, cell, **more):
 def lattice(raster, release, cell):
     """Heights and release thickness on square cells over the raster, and the lower left corner."""
     with rasterio.open(raster) as file:
-        z, size, bounds = file.read(1).astype(float), file.transform.a, file.bounds
+        z, raster_cell, bounds = file.read(1).astype(float), file.transform.a, file.bounds
         if (missing := (z == file.nodata) | np.isnan(z)).any():  # MoT-Voellmy takes no gaps, not even at the border
             z = z[tuple(ndimage.distance_transform_edt(missing, return_distances=False, return_indices=True))]
-    columns, rows = (int((high - low) / cell) for low, high in ((bounds.left, bounds.right), (bounds.bottom, bounds.top)))
-    at = [(np.arange(n) + 0.5) * cell / size - 0.5 for n in (rows, columns)]
+    columns, rows = (int(size / cell) for size in (bounds.right - bounds.left, bounds.top - bounds.bottom))
+    at = [(np.arange(n) + 0.5) * cell / raster_cell - 0.5 for n in (rows, columns)]
     z = ndimage.map_coordinates(z, np.meshgrid(*at, indexing="ij"), order=1, mode="nearest")
     shapes = [({"type": "Polygon", "coordinates": [np.asarray(ring).tolist() for ring in polygon]}, THICKNESS)
               for feature in read_features(release, "release") for polygon in feature.parts]
@@ -217,7 +217,7 @@ def main():
                 with tempfile.TemporaryDirectory() as name:
                     numbers, peak = makers[way](files(options, path), Path(name), cell)
                 rows.append({"path": path, "cell": cell, "way": way, **numbers})
-                print({key: round(float(v), 3) if isinstance(v, float) else v for key, v in rows[-1].items()}, flush=True)
+                print(rows[-1], flush=True)
                 if options.keep:
                     options.keep.mkdir(parents=True, exist_ok=True)
                     np.save(options.keep / f"{path}_{cell:g}_{way}.npy", peak)

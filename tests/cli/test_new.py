@@ -117,7 +117,7 @@ def test_a_depth_averaged_scene_on_an_own_raster_runs(call, release):
         shutil.copy(FOLDER / name, name)
     made = call("new", "path", "--terrain", "valley.asc", "--method", "depth", *release)
     assert made.code == 0, made.err
-    assert "columns" in made.out
+    assert " cells" in made.out
     scene = load_scene("path.toml")
     assert scene.solver.method == "depth" and scene.terrain.friction.card == "samos_at_auto"
     assert scene.solver.dx == 10.0  # the raster's
@@ -126,7 +126,7 @@ def test_a_depth_averaged_scene_on_an_own_raster_runs(call, release):
 
 
 def test_a_first_depth_averaged_scene_ends_at_rest(call):
-    """Before its end time, and with as many columns as it said."""
+    """Before its end time, and with as many cells at the start as it said."""
     for name in ("valley.asc", "valley_release.geojson"):
         shutil.copy(FOLDER / name, name)
     made = call("new", "path", "--terrain", "valley.asc", "--release", "valley_release.geojson", "--method", "depth")
@@ -135,7 +135,7 @@ def test_a_first_depth_averaged_scene_ends_at_rest(call):
     assert done.code == 0, done.err
     run = snowmpm.Run("first")
     assert run.summary["ended"] and run.times[-1] < load_scene("path.toml").end_time
-    assert f"{run.summary['particles']} columns" in made.out
+    assert f"{len(run.frame(0).points)} cells" in made.out
 
 
 def release_with(rows):

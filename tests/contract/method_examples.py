@@ -22,9 +22,10 @@ class Example:
 
     grounded: whether its snow must lie on terrain; it then stays there, and moves level only. in_plan: whether its
     particles fill cells of a plan, whatever the depth. rest: keys of a scene with gravity whose snow stays where it is;
-    by default a settled column, or without an initial stress no gravity. at_rest: speed [sqrt(g D)] below which that is
-    rest. strength: times that of the snow, of a method that does not solve for snow which breaks as it hits a wall
-    (docs/implicit.md).
+    by default a settled column, or without an initial stress no gravity. at_rest: speed [sqrt(g D)] below which that
+    is rest. strength: times that of the snow, of a method that does not solve for snow which breaks as it hits a wall
+    (docs/implicit.md). solver: keys of its solver; of the depth-averaged method those of the scheme whose particles move
+    (finite volumes: tests/depth/test_volumes.py).
     """
 
     grounded: bool = False
@@ -32,10 +33,11 @@ class Example:
     rest: Mapping = field(default_factory=dict)
     at_rest: float = 0.01
     strength: float = 1.0
+    solver: Mapping = field(default_factory=dict)
 
 
-EXAMPLES = {"mpm": Example(), "sph": Example(), "depth": Example(grounded=True, in_plan=True),
-            "implicit": Example(strength=1e3)}
+EXAMPLES = {"mpm": Example(), "sph": Example(), "implicit": Example(strength=1e3),
+            "depth": Example(grounded=True, in_plan=True, solver={"depth": {"scheme": "columns"}})}
 
 
 def without_example():
@@ -100,7 +102,7 @@ def scene(method, dim=None, *, precision=None, solver=None, **changes):
     precision = precision or able(method).precisions[-1]
     tables = {
         "name": "conformance", "dimension": dim, "end_time": 1.0, "gravity": 0.0, "seed": 1,
-        "solver": {"method": method, "dx": DX, "precision": precision, **(solver or {})},
+        "solver": {"method": method, "dx": DX, "precision": precision, **EXAMPLES[method].solver, **(solver or {})},
         "domain": {"min": point(dim, -2.0, -3.0, -2.0), "max": point(dim, 3.0, 2.0, 2.0)},
         "materials": {"snow": SNOW}, "bodies": [block(dim)]}
     if EXAMPLES[method].grounded:

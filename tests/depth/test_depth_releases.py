@@ -13,6 +13,7 @@ from tests.support.same_runs import assert_same, assert_same_runs, run_with_sign
 
 ANGLE, DENSITY = 30.0, 200.0
 SQUARE = [[5.0, 5.0], [15.0, 5.0], [15.0, 15.0], [5.0, 15.0]]
+COLUMNS = {"method": "depth", "dx": 1.0, "particles_per_cell": 9, "depth": {"scheme": "columns"}}
 LATER = [[20.0, 5.0], [28.0, 5.0], [28.0, 15.0], [20.0, 15.0]]
 
 
@@ -71,7 +72,7 @@ def test_a_raster_gives_the_thickness(tmp_path):
     step = 1.0 / 3.0 / 4.0
     assert mass(body(file, None)) == pytest.approx(expected([(0.5, 200.0), (2.0, 200.0)]), rel=step / 20.0)
     assert mass(body(file, {"polygon": SQUARE})) == pytest.approx(expected([(0.5, 50.0)]), rel=step / 5.0)
-    here = snowmpm.Simulation(scene(body(file, None))).particles["position"][:, 0]
+    here = snowmpm.Simulation(scene(body(file, None), solver=COLUMNS)).particles["position"][:, 0]
     # A column lies in the middle of its snow: on the slope 0.5 m downhill of the ground under 2 m
     assert 9.8 < here.min() < 10.4 and 29.6 < here.max() < 30.7
 
@@ -99,7 +100,7 @@ def delayed(start=1.0, **changes):
 
 def test_a_release_waits_for_its_time():
     """It lies still to the bit, is part of the mass, and then starts with the acceleration of a block."""
-    simulation = snowmpm.Simulation(delayed(0.7))
+    simulation = snowmpm.Simulation(delayed(0.7, solver=COLUMNS))
     second = np.sort(simulation.particles["id"][simulation.particles["body"] == 1])
 
     def of_second(name):
@@ -122,10 +123,8 @@ def test_a_release_waits_for_its_time():
 
 def test_one_release_is_as_without_the_other_until_they_meet():
     """Far apart, columns of the first move as alone but for round-off, whatever waits below."""
-    alone = snowmpm.Simulation(scene(body(1.0, {"polygon": SQUARE}), solver=dict(scene(
-        body(1.0, {"polygon": SQUARE})).solver.model_dump(exclude_unset=True), dt=0.02)))
-    both = snowmpm.Simulation(delayed(2.0, solver=dict(scene(body(1.0, {"polygon": SQUARE})).solver.model_dump(
-        exclude_unset=True), dt=0.02)))
+    alone = snowmpm.Simulation(scene(body(1.0, {"polygon": SQUARE}), solver={**COLUMNS, "dt": 0.02}))
+    both = snowmpm.Simulation(delayed(2.0, solver={**COLUMNS, "dt": 0.02}))
     for simulation in (alone, both):
         for _ in range(20):
             simulation.step()

@@ -9,15 +9,16 @@ LINES = 3
 
 
 def dry_scene(dam: DryDam, dx, time, rear, **depth):
-    """`Scene` of `DryDam`, 1 m of snow `rear` [m] long; depth: keys of [solver.depth], the usual ones when missing."""
+    """`Scene` of `DryDam`, 1 m of snow `rear` [m] long; depth: keys of [solver.depth], columns when it names none."""
     cosine = np.cos(np.radians(dam.slope))
     ends = [-rear * cosine, 1.05 * dam.place(0.0, time) * cosine + 10.0 * dx]
     return _scene(dx, time, ends, dam.slope, float(np.tan(np.radians(dam.friction))), [("snow", 1.0, [ends[0], 0.0])],
-                  {"depth": depth} if depth else {}, "slip" if dam.slope == 0.0 else "open")
+                  {"depth": {"scheme": "columns", **depth}}, "slip" if dam.slope == 0.0 else "open")
 
 
 def wet_scene(dx, time, ahead, **solver):
-    """`Scene` of 1 m of snow beside `ahead` [m], on the flat."""
+    """`Scene` of 1 m of snow beside `ahead` [m], on the flat; columns, where `solver` names no other scheme."""
+    solver = {"depth": {"scheme": "columns"}, **solver}
     bodies = [("dam", 1.0, [-6.0, 0.0]), ("bed", ahead, [0.0, 8.0])]
     return _scene(dx, time, [-6.0, 8.0], 0.0, 0.0, bodies, solver, "slip", "slip")
 

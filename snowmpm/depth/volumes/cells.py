@@ -15,7 +15,7 @@ from snowmpm.particles.snapshot_probe import SnapshotProbe
 SIZES = {"velocity": 2, "volume": 1, "depth": 1}
 """Numbers of a cell that is read."""
 
-LEAST = 1e-6
+LEAST = 1e-7
 """Depth [m] from which a cell is read as snow; what is thinner counts in the totals alone."""
 
 

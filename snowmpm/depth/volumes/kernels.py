@@ -33,8 +33,8 @@ from snowmpm.materials.parameters import named
 TILE = 8
 """Cells along the side of a tile; tiles without snow, and none near, are left out."""
 
-DRY = 1e-7
-"""Depth [m] below which a cell has no velocity."""
+DRY = 1e-5
+"""Depth [m] below which a cell has no velocity, and so little as is not left behind."""
 
 LEAST_DEPTH = 1e-3
 """Depth [m] below which friction takes a cell for this deep, as of columns (`depth.gather`)."""
@@ -389,7 +389,9 @@ def kernels(real, law, takes, serial):
                         out = (ti.max(cells.flux[c, 0, 0], none) - ti.min(cells.flux[c - tiles.ny, 0, 0], none)
                                + ti.max(cells.flux[c, 1, 0], none) - ti.min(cells.flux[c - 1, 1, 0], none))
                         there = cells.state[c, 0] * step.dx / step.dt
-                        cells.share[c] = there / out if out > there else ti.cast(1.0, real)
+                        # the rest of a film goes along, so that no dust is left behind
+                        empties = out > 0.0 and there - out < ti.cast(DRY, real) * step.dx / step.dt
+                        cells.share[c] = there / out if empties else ti.cast(1.0, real)
 
     @ti.func
     def kept_back(cells: ti.template(), a, b, axis: ti.template()):

@@ -73,7 +73,7 @@ def test_water_carries_snow_that_would_lie_still(tmp_path):
     dry = snowmpm.run(scene(end_time=1.0, water=None), tmp_path / "dry")
     wet = snowmpm.run(scene(end_time=1.0), tmp_path / "wet")
     speed = [run.history["total_momentum"][-1] / run.history["mass"][0] for run in (dry, wet)]
-    assert speed[0] < 0.1 < 1.0 < speed[1]
+    assert speed[0] < 0.2 < 1.0 < speed[1]  # dry snow gives way at its edges alone
 
 
 @pytest.mark.slow
