@@ -47,13 +47,17 @@ area of a cell [m3/s2], largest speed squared, snow cover taken up [kg], and its
 GROUND = 6
 """Numbers of the ground in a cell: s (2), B (3: xx, yy, xy), cos."""
 
+HELD, DRIVEN = 1, 2
+"""Of a cell: held by friction; set in motion, or kept in it, by more than friction takes in a half step, which must not
+stop it on the way."""
+
 SLOPES, FLUX = 6, 4
 """Numbers of the slopes of a cell: of H, u, v along x, then along y; of a flux: mass, momentum across and along the
 face, pressure."""
 
 
 class Cells(NamedTuple):
-    """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 3) of H, u, v; held (n,);
+    """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 3) of H, u, v; held (n,), or not;
     share (n,): of what would flow out of it in the step, how much there is;
     ahead (n, 3): half a step later; slopes (n, 6); flux (n, 2, 4) of the faces towards +x and +y; ground (n, 6)."""
 
@@ -240,11 +244,12 @@ def kernels(real, law, takes, serial):
                     if 0 < i < tiles.nx - 1 and 0 < j < tiles.ny - 1:
                         c = i * tiles.ny + j
                         H, u, v = cells.state[c, 0], cells.state[c, 1], cells.state[c, 2]
-                        cells.held[c] = 1
+                        cells.held[c] = HELD
                         if H > DRY:
                             sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
                             found = resisted(cells, friction, cover, step, c, H, u, v, 0.5 * step.dt)
-                            if u == 0.0 and v == 0.0:
+                            state = 0
+                            if found[0] == 0.0 and found[1] == 0.0:
                                 # the steeper side counts: the edge of a deposit must be able to give way
                                 up, down = cells.state[c + tiles.ny, 0] - H, H - cells.state[c - tiles.ny, 0]
                                 left, right = cells.state[c + 1, 0] - H, H - cells.state[c - 1, 0]
@@ -254,11 +259,13 @@ def kernels(real, law, takes, serial):
                                 along = cosine * cosine * (gx * sx + gy * sy)
                                 ax, ay = -push * (gx - along * sx + sx), -push * (gy - along * sy + sy)
                                 if surface_speed(ax, ay, sx, sy) > found[2]:
-                                    cells.held[c] = 0
-                            else:
-                                cells.held[c] = 0
+                                    state = DRIVEN
+                                elif u == 0.0 and v == 0.0:
+                                    state = HELD
+                            if state == 0:
                                 work += ti.cast(found[3], ti.f64)
                                 cells.state[c, 1], cells.state[c, 2] = found[0], found[1]
+                            cells.held[c] = state
                 report[tile, WORK] += work
 
     @ti.func
@@ -289,7 +296,7 @@ def kernels(real, law, takes, serial):
                         H, u, v = cells.state[c, 0], cells.state[c, 1], cells.state[c, 2]
                         slopes = ti.Vector.zero(real, SLOPES)
                         ahead = ti.Vector([H, u, v])
-                        if H > DRY and cells.held[c] == 0:
+                        if H > DRY and cells.held[c] != HELD:
                             along_x, along_y = slopes_along(cells, c, tiles.ny), slopes_along(cells, c, 1)
                             for k in ti.static(range(3)):
                                 slopes[k], slopes[3 + k] = along_x[k], along_y[k]
@@ -354,7 +361,7 @@ def kernels(real, law, takes, serial):
             flux[1] = (high * (HL * uL * uL + metric * pL) - low * (HR * uR * uR + metric * pR)
                        + low * high * (HR * uR - HL * uL)) * wide
             flux[3] = (high * pL - low * pR) * wide  # as much of either side as counts in the momentum
-            if cells.held[a] == 1 and cells.held[b] == 1:
+            if cells.held[a] == HELD and cells.held[b] == HELD:
                 mass = 0.0 * mass
             flux[0] = mass
             flux[2] = mass * ti.select(mass > 0.0, vL, vR)
@@ -416,7 +423,7 @@ def kernels(real, law, takes, serial):
         giver = ti.select(cells.flux[a, axis, 0] > 0.0, cells.ahead[a, 1 + axis], cells.ahead[b, 1 + axis])
         n, t = (cells.flux[a, axis, 1] - less * cells.flux[a, axis, 0] * giver - cosine * (1.0 + across * across) * own,
                 (1.0 - less) * cells.flux[a, axis, 2] - cosine * sx * sy * (cells.flux[a, axis, 3] - own))
-        if cells.held[a] == 1 and cells.held[b] == 1:
+        if cells.held[a] == HELD and cells.held[b] == HELD:
             # As what holds it is reckoned, by the gradient: deep snow that stands does not push a film beside it away
             other = ti.select(c == a, cells.ahead[b, 0], cells.ahead[a, 0])
             excess = 0.5 * stiff * cells.ahead[c, 0] * (other - cells.ahead[c, 0])
@@ -452,12 +459,12 @@ def kernels(real, law, takes, serial):
                         pull = step.dt * cells.ahead[c, 0] * cosine * cosine * step.g
                         mx = H * u + share * (into[0] - out[0] + under[0] - over[0]) - pull * sx
                         my = H * v + share * (into[1] - out[1] + under[1] - over[1]) - pull * sy
+                        # where the first half did not act, all of it is due here
+                        rest = ti.select(cells.held[c] > 0, 1.0, 0.5) * step.dt
                         u, v = 0.0 * H, 0.0 * H
                         if new > DRY:
                             u, v = mx / new, my / new
                         if new > DRY and (u != 0.0 or v != 0.0):
-                            # the first half does not act on snow that is held: it gets all of it here
-                            rest = ti.select(cells.held[c] == 1, 1.0, 0.5) * step.dt
                             found = resisted(cells, friction, cover, step, c, new, u, v, rest)
                             u, v = found[0], found[1]
                             work += ti.cast(found[3], ti.f64)
