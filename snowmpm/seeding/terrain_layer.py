@@ -24,7 +24,8 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, c
     S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit
     normal, smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart
     along the ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no
-    overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sub-layer only;
+    overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sheet, which
+    stands over its region as release polygons are drawn: X = S + height, volume = |S_u x S_v| du dv (top - bottom);
     thickness: of such a sheet where it is not top - bottom, thickness(plan (n, 2)) -> (n,) [m], 0 where there is none;
     rim: `Rim` at which columns are divided, of a sheet that is as thick everywhere.
     """
@@ -54,11 +55,14 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, c
             return np.zeros((0, 3)), np.zeros(0)
     low = bottom + np.minimum(np.floor(unit[:, 2]), n_rows - 1) * row
     frames = _unfolded_frames(surface, lattice, unit[:, :2], plan, height, (bottom, top), SMOOTHING * dx, region)
-    # (X_u x X_v) . n is a quadratic in h: Simpson's rule is exact.
-    bottom_middle_top = [frames.jacobian(low + share * row) for share in (0.0, 0.5, 1.0)]
-    density = np.array([1.0, 4.0, 1.0]) / 6.0 @ bottom_middle_top
-    positions = frames.foot + (bottom + unit[:, 2] * row)[:, None] * frames.normal
-    volumes = density * plan_share * row
+    if columns:
+        volumes = frames.jacobian(np.zeros(len(unit))) * plan_share * row
+        positions = frames.foot + np.outer((bottom + 0.5 * row) / frames.normal[:, 2], [0.0, 0.0, 1.0])
+    else:
+        # (X_u x X_v) . n is a quadratic in h: Simpson's rule is exact.
+        bottom_middle_top = [frames.jacobian(low + share * row) for share in (0.0, 0.5, 1.0)]
+        volumes = np.array([1.0, 4.0, 1.0]) / 6.0 @ bottom_middle_top * plan_share * row
+        positions = frames.foot + (bottom + unit[:, 2] * row)[:, None] * frames.normal
     parts = rim.divided(region, plan, lattice, dx=dx, depth=row) if columns and rim else None
     if parts is None:
         return positions, volumes

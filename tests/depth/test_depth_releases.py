@@ -73,8 +73,7 @@ def test_a_raster_gives_the_thickness(tmp_path):
     assert mass(body(file, None)) == pytest.approx(expected([(0.5, 200.0), (2.0, 200.0)]), rel=step / 20.0)
     assert mass(body(file, {"polygon": SQUARE})) == pytest.approx(expected([(0.5, 50.0)]), rel=step / 5.0)
     here = snowmpm.Simulation(scene(body(file, None), solver=COLUMNS)).particles["position"][:, 0]
-    # A column lies in the middle of its snow: on the slope 0.5 m downhill of the ground under 2 m
-    assert 9.8 < here.min() < 10.4 and 29.6 < here.max() < 30.7
+    assert 10.0 < here.min() < 10.4 and 29.6 < here.max() < 30.0  # over its own ground
 
 
 @pytest.mark.parametrize(("value", "told"), [(-1.0, "a thickness must be from 0 to 100 m"), (0.0, "no cell with snow")])
@@ -117,7 +116,7 @@ def test_a_release_waits_for_its_time():
     while simulation.time < 0.8 - 1e-9:
         simulation.step(0.8)
     angle = np.radians(ANGLE)
-    gained = np.median(np.linalg.norm(of_second("velocity"), axis=1)[(abs(start[:, 0] - 25.0) < 1.5)])
+    gained = np.median(np.linalg.norm(of_second("velocity"), axis=1)[(abs(start[:, 0] - 24.0) < 1.5)])
     assert gained == pytest.approx(9.81 * (np.sin(angle) - 0.2 * np.cos(angle)) * 0.1, rel=0.02)
 
 

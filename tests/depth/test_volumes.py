@@ -26,8 +26,7 @@ def broken(dam, time, dx):
     while sim.time < time - 1e-9:
         sim.step()
     cells, cosine = sim.solver.particles, np.cos(np.radians(dam.slope))
-    # Columns of a layer stand at half its thickness along the normal (`dam_scenes.profile_of`)
-    x = (cells.grid.places()[:, 1, 0] - 0.5 * np.sin(np.radians(dam.slope))) / cosine
+    x = cells.grid.places()[:, 1, 0] / cosine
     return x, cells.inner(cells.state_array)[:, 1, 0] * cosine
 
 

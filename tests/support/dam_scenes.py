@@ -38,13 +38,9 @@ def _scene(dx, time, ends, angle, friction, bodies, solver, rear="slip", end="op
 
 def profile_of(run, dx, angle=0.0):
     """x in steps of dx and depth h at the end of a run, along and normal to the plane [m], from the `depth` that frames
-    hold of each column.
-
-    A layer's columns stand at half its thickness along the normal, in plan h sin(angle) / 2 down the slope of the
-    ground that they lie on: x is less by that for h = 1 m.
-    """
+    hold of each column."""
     frame, cosine = run.frame(-1), np.cos(np.radians(angle))
-    x = (frame.points[:, 0] + run.origin[0] - 0.5 * np.sin(np.radians(angle))) / cosine
+    x = (frame.points[:, 0] + run.origin[0]) / cosine
     order = np.argsort(x)
     at = dx * np.arange(np.ceil(x.min() / dx), x.max() / dx + 3.0)
     return at, np.interp(at, x[order], frame.fields["depth"][order], right=0.0)
