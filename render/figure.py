@@ -8,6 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike
 from PIL import Image
 
@@ -63,14 +64,20 @@ def prefixed(*values: ArrayLike, unit: str = "Pa") -> tuple[float, str]:
 def save(figure: Figure, output: PathLike, dpi: float) -> Path:
     """Draw `figure` to `output`, which is there complete or not at all. Returns its path."""
     path = Path(output)
-    _take_literally(figure)
+    take_literally(figure)
     canvas = FigureCanvasAgg(figure)
+    if path.suffix.lower() == ".png":
+        return save_picture(_pixels(canvas, dpi), path, dpi)
     with draft(path) as part:
-        if path.suffix.lower() == ".png":
-            _pixels(canvas, dpi).save(part, "PNG", compress_level=COMPRESSION, dpi=(dpi, dpi))
-        else:
-            canvas.print_figure(part, dpi=dpi, bbox_inches="tight", pad_inches=PAD)
+        canvas.print_figure(part, dpi=dpi, bbox_inches="tight", pad_inches=PAD)
     return path
+
+
+def save_picture(picture: Image.Image, output: PathLike, dpi: float) -> Path:
+    """Write a picture as a PNG, which is there complete or not at all. Returns its path."""
+    with draft(Path(output)) as part:
+        picture.save(part, "PNG", compress_level=COMPRESSION, dpi=(dpi, dpi))
+    return Path(output)
 
 
 def _pixels(canvas, dpi):
@@ -79,17 +86,21 @@ def _pixels(canvas, dpi):
     figure.set_dpi(dpi)
     canvas.draw()
     figure.set_layout_engine("none")
-    used = figure.get_tightbbox(canvas.get_renderer()).padded(PAD)
-    picture = np.asarray(canvas.buffer_rgba())
-    rows = len(picture)
-    left, right = int(np.floor(used.x0 * dpi)), int(np.ceil(used.x1 * dpi))
-    top, bottom = rows - int(np.ceil(used.y1 * dpi)), rows - int(np.floor(used.y0 * dpi))
-    framed = Image.new("RGB", (right - left, bottom - top), "white")
-    framed.paste(Image.fromarray(picture[..., :3]), (-left, -top))
-    return framed
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    return framed(picture, figure.get_tightbbox(canvas.get_renderer()), dpi)
 
 
-def _take_literally(figure: Figure) -> None:
+def framed(picture: Image.Image, used: Bbox, dpi: float) -> Image.Image:
+    """The part of a picture of a figure that is used, a box in inches, with a margin of PAD."""
+    box, rows = used.padded(PAD), picture.height
+    left, right = int(np.floor(box.x0 * dpi)), int(np.ceil(box.x1 * dpi))
+    top, bottom = rows - int(np.ceil(box.y1 * dpi)), rows - int(np.floor(box.y0 * dpi))
+    found = Image.new("RGB", (right - left, bottom - top), "white")
+    found.paste(picture, (-left, -top))
+    return found
+
+
+def take_literally(figure: Figure) -> None:
     """Show dollar signs in titles, labels and legends as they are: names come from files, and would be read as
     formulas. Numbers along the axes keep their powers of ten."""
     numbers = {label for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)

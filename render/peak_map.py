@@ -9,9 +9,12 @@ import matplotlib.cm
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.transforms import Bbox, TransformedBbox
+from PIL import Image
 
 from snowmpm.annotations import Floats, Numbers, PathLike
 from snowmpm.errors import InputError, shown_line
@@ -25,7 +28,7 @@ from snowmpm.quantities.classes import Classes, classes_of
 from snowmpm.quantities.table import quantity
 from snowmpm.render import light
 from snowmpm.render.credit import attribution
-from snowmpm.render.figure import check_ending, save
+from snowmpm.render.figure import check_ending, framed, save, save_picture, take_literally
 from snowmpm.render.overlay import ticks
 from snowmpm.render.relief import heights_within, map_shade
 
@@ -64,11 +67,46 @@ class MapSheet:
     def __init__(self, run, observed=None, dpi=150):
         self._run, self._observed, self._dpi = run, observed, dpi
         self._figure, self._box, self._image, self._bar = None, None, None, None
+        self._ground, self._canvas, self._around, self._used = [], None, None, None
 
     def render(self, name, output):
         """Write the map `name`; -> its path."""
         check_ending(output)
-        return save(self.figure(name), output, self._dpi)
+        figure = self.figure(name)
+        if Path(output).suffix.lower() != ".png":
+            return save(figure, output, self._dpi)
+        return save_picture(self._picture(figure), output, self._dpi)
+
+    def _picture(self, figure):
+        """The map as a picture: its raster between the ground and all else, which are the same on all maps."""
+        take_literally(figure)
+        axes = figure.axes[0]
+        own = [self._image, self._bar, axes.title]
+        if self._around is None:
+            self._canvas = FigureCanvasAgg(figure)
+            self._canvas.draw()
+            figure.set_layout_engine("none")
+            renderer = self._canvas.get_renderer()
+            self._used = figure.get_tightbbox(renderer)
+            rest = [one for one in _parts(figure) if one not in (*own, *self._ground, figure.patch, axes.patch)]
+            self._around = [self._layer(shown) for shown in ([figure.patch, axes.patch, *self._ground], rest)]
+        inches = figure.dpi_scale_trans.inverted()
+        used = Bbox.union([self._used, *(TransformedBbox(one.get_tightbbox(self._canvas.get_renderer()), inches)
+                                         for one in own[1:])])
+        below, above = self._around
+        picture = Image.alpha_composite(Image.alpha_composite(below, self._layer(own)), above)
+        return framed(picture.convert("RGB"), used, self._dpi)
+
+    def _layer(self, shown):
+        """What some parts of the figure draw, on nothing."""
+        parts = _parts(self._figure)
+        visible = [part.get_visible() for part in parts]
+        for part, was in zip(parts, visible, strict=True):
+            part.set_visible(was and part in shown)
+        self._canvas.draw()
+        for part, was in zip(parts, visible, strict=True):
+            part.set_visible(was)
+        return Image.fromarray(np.array(self._canvas.buffer_rgba()))
 
     def figure(self, name):
         """The figure with the map `name`."""
@@ -82,20 +120,28 @@ class MapSheet:
         axes = self._figure.axes[0]
         self._image, self._bar = draw_raster(self._figure, axes, self._run, raster, name, _thin(self._run, raster),
                                              place=self._bar)
-        axes.set_title(f"{self._run.title}: {quantity(name).label}".replace("_", " "))
+        title = f"{self._run.title}: {quantity(name).label}".replace("_", " ")
+        axes.set_title(title, y=1.0)  # not where the other parts leave room: they are not drawn with it
         return self._figure
 
     def _begin(self, lower, upper):
         run = self._run
-        self._box, self._image, self._bar = np.array([lower, upper]), None, None
+        self._box, self._image, self._bar, self._around = np.array([lower, upper]), None, None, None
         self._figure = Figure(figsize=figure_size(lower, upper), dpi=self._dpi, layout="constrained")
         axes = self._figure.add_subplot(aspect="equal")
+        before = axes.get_children()
         if run.terrain is not None and run.terrain.facets.shape[1] == 3:
             draw_terrain(axes, run, lower, upper)
+        self._ground = [one for one in axes.get_children() if one not in before]
         draw_built(axes, run)
         _draw_lines(axes, run, self._observed)
         draw_frame(axes, run, run.title, lower, upper)
         draw_margin(self._figure, axes, run)
+
+
+def _parts(figure):
+    """All that a figure of a map draws: parts of the map, and all else."""
+    return [*figure.axes[0].get_children(), *(one for one in figure.get_children() if one is not figure.axes[0])]
 
 
 def _known(run, name):

@@ -13,7 +13,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impacts, loaded
-from snowmpm.io.parameters import method_of, parameters, succession
+from snowmpm.io.parameters import method_of, parameters, pieces, succession
 from snowmpm.io.projection import projection_name
 from snowmpm.io.published import resolution_of, statement
 from snowmpm.io.remarks import remarks
@@ -104,14 +104,14 @@ def _in_short(run):
     kind = method.title if method and method.capabilities.plan else f"in {kind}"
     then = f" {succession(run)}." if succession(run) else ""
     dx = run.provenance.get("dx", math.nan)
+    of = " with snow at the start, of" if pieces(run) == "cells" else " on cells of"
     return (f"A simulation {kind} over {run.times[-1]:g} s, {len(run)} frames, with {_count(run.n_points(0))}"
-            f" {method.particles if method else 'particles'} on cells of {dx:g} m.{then}")
+            f" {pieces(run)}{of} {dx:g} m.{then}")
 
 
 def _key_numbers(run):
     history, numbers, known = run.history, run.hazard.get("numbers", {}), resolution_of(run)
-    method = method_of(run)
-    found = {method.particles if method else "particles": _count(run.n_points(0)), "simulated": f"{run.times[-1]:g} s"}
+    found = {pieces(run): _count(run.n_points(0)), "simulated": f"{run.times[-1]:g} s"}
     so_far = status_of(run).so_far
     for name in ("runout", "travel_angle", "affected_area", "largest_flow_speed", "largest_flow_pressure",
                  "deposit_volume"):

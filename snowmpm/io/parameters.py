@@ -14,7 +14,7 @@ def parameters(run):
     if isinstance(made.get("dx"), int | float):
         found["grid spacing"] = f"{made['dx']:g} m"
     if len(run):
-        found[method.particles if method else "particles"] = digits(float(run.n_points(0)))
+        found[pieces(run)] = digits(float(run.n_points(0)))
     if run.maps:
         found["map cell"] = f"{digits(next(iter(run.maps.values())).cell)} m"
     friction = _at(scene, "terrain", "friction")
@@ -25,6 +25,14 @@ def parameters(run):
     found["water"] = _water(_at(scene, "water"))
     found["version"] = f"snowmpm {made.get('version', '')}".strip()
     return {name: text for name, text in found.items() if text}
+
+
+def pieces(run):
+    """What the particles of a `Run` are called."""
+    method = METHODS.get(_at(_scene(run), "solver", "method"))
+    if method and method.capabilities.plan and _at(_scene(run), "solver", "depth", "scheme") == "volumes":
+        return "cells"
+    return method.particles if method else "particles"
 
 
 def friction_of(run):

@@ -82,7 +82,8 @@ def describe(model, solver):
     return {
         **told,
         "dimension": scene.dimension,
-        kind: {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
+        kind: {"with snow at the start": store.count} if scene.solver.in_volumes else {
+            body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
         "mass": store.mass,
         "blocks": store.n_blocks,
         "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, width, solver.memory + maps),

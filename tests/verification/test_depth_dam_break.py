@@ -85,7 +85,7 @@ def test_front_of_usual_columns(case, profiles):
     assert abs(front_error(dam, profiles(dam, 0.025, 1.0, rear), 1.0, threshold)) < 0.01
 
 
-LONE = {("D2", 0.025): 0.167, ("22 degrees", 0.05): -0.096, ("22 degrees", 0.025): 0.050}
+LONE = {("D2", 0.025): 0.167, ("22 degrees", 0.05): -0.096, ("22 degrees", 0.025): 0.044}
 """Fronts of usual columns that a single column makes, whose place round-off decides: what they are on an AMD EPYC. The
 table has those of an Intel Xeon."""
 
