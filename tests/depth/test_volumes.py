@@ -49,7 +49,7 @@ def test_dam_breaks_on_slopes_have_the_depth_of_theory(name):
         assert abs(place_of(x, depth, 0.1) - dam.place(0.1, time)) < 0.02 * way
         # It is reached slowly as cells get finer: there, the theory has no depth
         short = 1.0 - x[np.flatnonzero(depth > 1e-6)[-1]] / dam.place(0.0, time)
-        assert abs(short) < (0.08 if dx == 0.025 else 0.1)
+        assert abs(short) < (0.08 if dx == 0.025 else 0.11)
     assert errors[1] < 0.7 * errors[0]
 
 

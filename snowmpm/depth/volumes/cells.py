@@ -6,7 +6,7 @@ from scipy import sparse
 from snowmpm.annotations import derived
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth.plan_grid import MARGIN
-from snowmpm.depth.snapshot import EMPTY, depth_at_nodes
+from snowmpm.depth.snapshot import EMPTY, spline
 from snowmpm.depth.volumes.kernels import GROUND
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
@@ -46,19 +46,26 @@ class FlowCells(Particles):
         self._seen = None
 
     def _spread(self, population, chosen):
-        """H and velocity (nx, ny, 3) of a part of the population, spread by the spline as columns are: where they lie
-        within cells does not show."""
-        grid, found = self.grid, np.zeros((*self.grid.shape, 3))
+        """H and velocity (nx, ny, 3) of a part of the population, spread by the spline, so that where particles lie
+        within cells does not show, over the cells that hold some: no snow begins beyond the release."""
+        grid = self.grid
         cell, offset = grid.cells(population.positions[chosen, :2])
-        if len(cell):
-            parts = [depth_at_nodes(grid, cell, np.column_stack([offset, offset, population.volumes[chosen] * part]))
-                     for part in (np.ones(len(cell)), *population.velocities[chosen, :2].T)]
-            first, volume = parts[0]
-            place = tuple(slice(low, low + n) for low, n in zip(first, volume.shape, strict=True))
-            found[(*place, 0)] = volume
-            for axis in (0, 1):
-                found[(*place, 1 + axis)] = parts[1 + axis][1] / np.maximum(volume, 1e-30)
-        return found
+        cell = np.column_stack([grid.inner(axis, cell[:, axis]) for axis in (0, 1)])
+        held, found = np.zeros(grid.shape, bool), np.zeros((int(grid.shape.prod()), 3))
+        held[tuple(cell.T)] = True
+        (wx, _), (wy, _) = (spline(offset[:, axis]) for axis in (0, 1))
+        places, shares = [], []
+        for i, j in np.ndindex(3, 3):
+            at = grid.inner(0, cell[:, 0] + i - 1), grid.inner(1, cell[:, 1] + j - 1)
+            places.append(np.ravel_multi_index(at, tuple(grid.shape)))
+            shares.append(wx[:, i] * wy[:, j] * held[at])
+        volume = population.volumes[chosen] * shares / np.sum(shares, axis=0)
+        values = np.ones(len(cell)), *population.velocities[chosen, :2].T
+        for k, value in enumerate(values):
+            found[:, k] = np.bincount(np.concatenate(places), (volume * value).ravel(), len(found))
+        found[:, 1:] /= np.maximum(found[:, :1], 1e-30)
+        found[:, 0] /= grid.dx**2
+        return found.reshape(*grid.shape, 3)
 
     def find_origins(self):
         """Where the snow of each cell was, once the ground is known. Snow that is found where there was none came from

@@ -209,7 +209,8 @@ def kernels(real, law, takes, serial):
         weight = friction.rho * depth
         tau = stress(named(names, numbers), friction.rho, weight * normal, speed, depth)
         if ti.static(taking):
-            if cover.mass[node] > 0.0:
+            lasts = cover.mass[node] > 0.0
+            if lasts:
                 tau *= intake(named(cover_names, of_cover(cover, node)), friction.rho, tau[0] + tau[1] * speed, speed,
                               depth)[1]
         slowed = ti.max(0.0 * H, speed - dt * tau[0] / weight) / (1.0 + dt * tau[1] / weight)
