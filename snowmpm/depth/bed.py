@@ -33,7 +33,9 @@ class Bed:
         if self.holes.any():
             nearest = ndimage.distance_transform_edt(self.holes, return_distances=False, return_indices=True)
             z = z[tuple(nearest)]
-        heights = smoothed_ground(_continued(z, mirrored, grid.repeats))
+        self.plain = _continued(z, mirrored, grid.repeats)
+        """Heights of the surface itself at the nodes and beyond (nx + 2 MARGIN, ny + 2 MARGIN) [m]."""
+        heights = smoothed_ground(self.plain)
         slope = np.stack(np.gradient(heights, grid.dx))[:, MARGIN:-MARGIN, MARGIN:-MARGIN]
         self.cos2 = 1.0 / (1.0 + (slope**2).sum(axis=0))
         self._shape, self.table = heights.shape, real_array(heights.ravel())

@@ -8,7 +8,7 @@ import numpy as np
 from snowmpm.components.forest_and_deposition.deposit import over_plan
 from snowmpm.components.forest_and_deposition.depth import Stopping
 from snowmpm.components.forest_and_deposition.from_scene import forest_at
-from snowmpm.depth.kernel_api import LEAST_DEPTH, MARGIN
+from snowmpm.depth.kernel_api import LEAST_DEPTH
 
 EMPTIED = 1e-6
 """Depth [m] of snow at rest that becomes ground as a whole."""
@@ -48,9 +48,9 @@ class CellDeposit:
         state[(*wet, 0)] = H - gone
         gone = H - state[(*wet, 0)]  # as it is rounded
         self.laid[wet] += gone * self._grid.dx**2
-        solver.heights[MARGIN:-MARGIN, MARGIN:-MARGIN][wet] += gone
         mass, left = gone * self._grid.dx**2 * store.density, H - gone
         lifted = H * level[wet] - left * (level[wet] + gone) + 0.5 * cos**2 * (H**2 - left**2)
+        level[wet] += gone
         energy = 0.5 * mass @ speed**2 + g * store.density * self._grid.dx**2 * lifted.sum()
         return float(mass.sum()), mass @ np.column_stack([plan, climb]), float(energy)
 

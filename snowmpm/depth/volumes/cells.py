@@ -28,7 +28,7 @@ class FlowCells(Particles):
         """Of a `Population`; the solver fills in the ground."""
         self.grid, self.precision = grid, precision
         shape, real = tuple(grid.shape + 2 * MARGIN), DTYPES[precision][1]
-        self.ground, self.heights = np.zeros((*shape, GROUND), real), np.zeros(shape)
+        self.ground, self.heights = np.zeros((*shape, GROUND), real), np.zeros(0)
         self.materials = MaterialTable(laws, precision)
         self.density = float(self.materials.density[population.material[0]]) if len(population.volumes) else 1.0
         self.material = int(population.material[0]) if len(population.volumes) else 0

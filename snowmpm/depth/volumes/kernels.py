@@ -80,10 +80,8 @@ class Friction(NamedTuple):
 
 
 class Bed(NamedTuple):
-    """table (n,): coefficients of the ground's spline, as of `depth.bed`; heights (n,): of the ground under the middles
-    of the cells [m]."""
+    """heights (n,): of the ground under the middles of the cells [m]."""
 
-    table: Array
     heights: Array
 
 
@@ -107,7 +105,7 @@ class Step(NamedTuple):
 
 
 class Kernels(NamedTuple):
-    """The ground of live tiles from its spline, and those of a step, in their order."""
+    """That of the shape of the ground in live tiles, and those of a step, in their order."""
 
     shape: object
     rub: object
@@ -157,7 +155,7 @@ def kernels(real, law, takes, serial):
 
     @grouped_kernel(real)
     def shape(cells: Cells, bed: Bed, tiles: Tiles, dx: Double):
-        """Slope, curvature, cosine and height of the ground in live tiles."""
+        """Slope, curvature and cosine of the ground in live tiles, by central differences."""
         ti.loop_config(serialize=serial)
         for turn in range(strides(tiles.n)):
             tile = strided(turn, tiles.n)
@@ -165,19 +163,14 @@ def kernels(real, law, takes, serial):
                 for inner in range(TILE * TILE):
                     i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
                     if 0 < i < tiles.nx - 1 and 0 < j < tiles.ny - 1:
-                        c, middle = i * tiles.ny + j, bed.table[i * tiles.ny + j]
-                        # weights of the mean, and of the first and second derivative
-                        mean, first, second = (ti.Vector([0.125, 0.75, 0.125], ti.f64),
-                                               ti.Vector([-0.5, 0.0, 0.5], ti.f64), ti.Vector([1.0, -2.0, 1.0], ti.f64))
-                        s, bend, level = ti.Vector.zero(ti.f64, 2), ti.Vector.zero(ti.f64, 3), ti.cast(0.0, ti.f64)
-                        for a in ti.static(range(3)):
-                            for b in ti.static(range(3)):
-                                z = bed.table[c + (a - 1) * tiles.ny + b - 1] - middle
-                                level += mean[a] * mean[b] * z
-                                s += z * ti.Vector([first[a] * mean[b], mean[a] * first[b]])
-                                bend += z * ti.Vector([second[a] * mean[b], mean[a] * second[b], first[a] * first[b]])
-                        s, bend = s / dx, bend / dx**2
-                        bed.heights[c] = middle + level
+                        c, middle = i * tiles.ny + j, bed.heights[i * tiles.ny + j]
+                        right, left = bed.heights[c + tiles.ny], bed.heights[c - tiles.ny]
+                        over, under = bed.heights[c + 1], bed.heights[c - 1]
+                        s = ti.Vector([right - left, over - under]) / (2.0 * dx)
+                        twist = (bed.heights[c + tiles.ny + 1] - bed.heights[c + tiles.ny - 1]
+                                 - bed.heights[c - tiles.ny + 1] + bed.heights[c - tiles.ny - 1])
+                        bend = ti.Vector([right + left - 2.0 * middle, over + under - 2.0 * middle,
+                                          0.25 * twist]) / dx**2
                         for a in ti.static(range(2)):
                             cells.ground[c, a] = ti.cast(s[a], real)
                         for a in ti.static(range(3)):
@@ -480,7 +473,7 @@ def kernels(real, law, takes, serial):
                                                                v / half)
                                     taken = ti.min(ti.cast(wanted, ti.f64) * area, cover.mass[node])
                                     cover.mass[node] -= taken
-                                    bed.table[c] -= taken * cover.lowering[node]
+                                    bed.heights[c] -= taken * cover.lowering[node]
                                     taken_up += taken
                                     height += taken * bed.heights[c]
                                     deeper = new + ti.cast(taken / (ti.cast(friction.rho, ti.f64) * area), real)

@@ -71,9 +71,10 @@ class VolumeSolver(PlanSolver):
         node = np.pad(grid.nodes(), MARGIN, mode="edge")
         self._friction = steps.Friction(np.ascontiguousarray(node.ravel(), np.int32), self._place.astype(np.int32),
                                         np.ascontiguousarray(self._numbers), store.density)
-        self.heights = self.bed.heights.copy()
-        """Coefficients (nx + 2 MARGIN, ny + 2 MARGIN) [m] of the ground's spline (`depth.bed`) as they are now."""
-        self._bed = steps.Bed(self.heights.ravel(), store.heights.ravel())
+        self.heights = np.ascontiguousarray(self.bed.plain)
+        """Heights (nx + 2 MARGIN, ny + 2 MARGIN) [m] of the ground under the middles of the cells as they are now."""
+        store.heights = self.heights
+        self._bed = steps.Bed(self.heights.ravel())
         self._intake = next((make(self) for make in self.adapters.intake), None) or Intake.none(grid)
         self._serial = runs_serially(CELL_STEP * max(1, int((store.state_array[..., 0] > 0.0).sum())))
         self._shape()
