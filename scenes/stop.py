@@ -8,7 +8,8 @@ from snowmpm.scenes.spec import Fraction, Positive, Spec
 
 class Stop(Spec):
     """A run ends once its snow has moved and come to rest: only a small share of its mass is fast, only a small share
-    of its peak momentum is left, and no event is still to come."""
+    of its peak momentum is left, and no event is still to come. Where neither share is given, a hundredth of the peak
+    momentum is rest as well: that of films."""
 
     EXAMPLES: ClassVar = {"at_rest": False, "moving_share": 0.01, "momentum_share": 0.05}
 

@@ -14,6 +14,7 @@ import typer
 from snowmpm import overwriting
 from snowmpm.cli.errors import warn
 from snowmpm.cli.live import Live, check_page, following
+from snowmpm.cli.maps import maps as draw_maps
 from snowmpm.cli.options import (
     Accurate,
     Backend,
@@ -50,6 +51,9 @@ def run(
         bool, typer.Option("--resume", help="Continue from the last checkpoint in DIR, with the run's own settings.")
     ] = False,
     render: Annotated[bool, typer.Option("--render", help="Draw a film of the run to DIR/film.mp4.")] = False,
+    maps: Annotated[
+        bool, typer.Option("--maps", help="Draw the maps of the avalanche into DIR/maps, as the command maps does.")
+    ] = False,
     live: Annotated[
         Path | None,
         typer.Option("--live", metavar="FILE", help="Keep an .html page with the newest picture as the run goes on."),
@@ -90,17 +94,20 @@ def run(
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     overwriting.guard_in(folder, ["film.mp4"] if render else [])
+    if maps:
+        _check_maps(loaded)
     if live:
         check_page(live)
     if resume and (begun := _begun_with(folder, scene)):
         overrides = begun | overrides
         loaded = load_scene(scene, overrides)
     if overwrite:
-        _tell_what_stays(folder, render)
+        _tell_what_stays(folder, {"film.mp4": render, "maps": maps})
     start_taichi(backend, threads)
     if fast or accurate:
         loaded = load_scene(scene, overrides | along_the_front(given, fast, accurate, quiet))
-    again = _command(scene, folder, backend, threads, {"--render": render, "--accept-cost": accept_cost}, live)
+    again = _command(scene, folder, backend, threads, {
+        "--render": render, "--maps": maps, "--accept-cost": accept_cost}, live)
     before = _ends_of(folder) if resume else None
     result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite,
                       accept_cost=accept_cost, again=again, page=live, accept_plugin=accept_plugin)
@@ -117,8 +124,21 @@ def run(
     for remark in remarks(result):
         print(f"warning: {remark}", file=sys.stderr)
     film = draw(result, folder / "film.mp4", quiet=not told) if render else None
+    if maps:
+        draw_maps(folder, quiet=not told)
     if as_json:
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
+
+
+def _check_maps(scene):
+    """Raise InputError where a scene has no maps, or what writes them is not installed: before the run."""
+    if scene.dimension != 3:
+        raise InputError("--maps: maps are made of runs in three dimensions, and this scene has two")
+    from snowmpm import gis
+    from snowmpm.io.geotiff import require_rasterio
+
+    require_rasterio()
+    gis.require_pyogrio()
 
 
 def _require_plugins(folder, accept):
@@ -134,10 +154,10 @@ def _require_plugins(folder, accept):
     plugins.require(made_with, folder, accept)
 
 
-def _tell_what_stays(folder, render):
-    """Warn of pictures and maps of the run that is replaced, which a new run does not make anew."""
+def _tell_what_stays(folder, anew):
+    """Warn of pictures and maps of the run that is replaced which a new run does not make. anew: those that it does."""
     made = ("film.mp4", "maps", "report.html", "report.pdf", "history.png", "saw_test.png", "stills.jpg", "export")
-    there = [name for name in made if (folder / name).exists() and not (render and name == "film.mp4")]
+    there = [name for name in made if (folder / name).exists() and not anew.get(name)]
     if there:
         print(f"warning: {folder}: {', '.join(there)}: of the run that is replaced; make them anew", file=sys.stderr)
 

@@ -38,7 +38,7 @@ class Status:
         """True, False, or None if unknown."""
         if self.moving_share is None:
             return None
-        return bool(at_rest(self.moving_share, self.momentum_share or 0.0))
+        return bool(at_rest(self.moving_share, REST_MOMENTUM if self.momentum_share is None else self.momentum_share))
 
     @property
     def final(self):

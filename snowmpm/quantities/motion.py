@@ -4,10 +4,12 @@
     total_momentum  sum m |v|  [kg m/s]
     momentum_share  total_momentum / its largest value so far; 0 while the mean speed is below CREEP
 
-Snow is at rest when moving_share <= REST_SHARE and momentum_share <= REST_MOMENTUM. Either alone
-misleads: a small branch that still runs at 25 m/s has little momentum, and a deposit that creeps as a whole has no mass
-above 1 m/s. The momentum rule is the stop criterion of RAMMS (its default is 5 % of the largest total momentum). CREEP
-keeps the noise of a slope that never moved from looking like motion.
+Snow is at rest when moving_share <= REST_SHARE and momentum_share <= REST_MOMENTUM, or momentum_share <= FILMS. Of
+the first two, either alone misleads: a small branch that still runs at 25 m/s has little momentum, and a deposit that
+creeps as a whole has no mass above 1 m/s. The momentum rule is the stop criterion of RAMMS (its default is 5 % of the
+largest total momentum). The last is for films that drain from steep ground for minutes: the fiftieth of the snow which
+may still move has as much momentum at half the mean speed of the flow. CREEP keeps the noise of a slope that never
+moved from looking like motion.
 
 A stop criterion must also check `has_moved`: before a release everything is at rest.
 """
@@ -25,6 +27,9 @@ REST_SHARE = 0.02
 
 REST_MOMENTUM = 0.05
 """Largest total momentum, over its peak, of snow at rest."""
+
+FILMS = 0.01
+"""Total momentum, over its peak, of snow of which only films still move."""
 
 CREEP = 0.01
 """Mean speed below which nothing has moved, or everything has come to rest [m/s]."""
@@ -77,4 +82,5 @@ class Motion:
 
 def at_rest(moving_share, momentum_share):
     """Whether snow is at rest, from numbers or arrays of the history."""
-    return (np.asarray(moving_share) <= REST_SHARE) & (np.asarray(momentum_share) <= REST_MOMENTUM)
+    slow = (np.asarray(moving_share) <= REST_SHARE) & (np.asarray(momentum_share) <= REST_MOMENTUM)
+    return slow | (np.asarray(momentum_share) <= FILMS)

@@ -6,7 +6,7 @@ Histories, logs, summary.json, maps, plots, reports, comparisons and vector file
 from dataclasses import replace
 
 from snowmpm.quantities.classes import PRESSURES
-from snowmpm.quantities.motion import CREEP, MOVING_SPEED, REST_MOMENTUM, REST_SHARE
+from snowmpm.quantities.motion import CREEP, FILMS, MOVING_SPEED, REST_MOMENTUM, REST_SHARE
 from snowmpm.quantities.quantity import Quantity, per_width
 from snowmpm.quantities.saw import SAW_TEST
 
@@ -15,7 +15,7 @@ MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm
 
 MOVING_SHARE = Quantity("moving_share", "still moving", "share", f"Share of the mass in the domain that is faster than "
                         f"{MOVING_SPEED:g} m/s. At rest: {100 * REST_SHARE:g} % or less, and momentum_share at "
-                        f"{100 * REST_MOMENTUM:g} % or less.", MOTION)
+                        f"{100 * REST_MOMENTUM:g} % or less; or momentum_share at {100 * FILMS:g} % or less.", MOTION)
 MOMENTUM_SHARE = Quantity("momentum_share", "momentum, of its peak", "share", "Total momentum over its largest value "
                           f"so far; 0 while the mean speed is below {100 * CREEP:g} cm/s.", MOTION)
 

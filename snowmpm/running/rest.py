@@ -1,6 +1,6 @@
 """The end of a run whose snow has come to rest."""
 
-from snowmpm.quantities.motion import REST_MOMENTUM, REST_SHARE
+from snowmpm.quantities.motion import FILMS, REST_MOMENTUM, REST_SHARE
 from snowmpm.scenes.stop import ends_at_rest
 
 RESTED = "came to rest"
@@ -20,6 +20,7 @@ class StopAtRest:
         stop = scene.stop
         self._moving = REST_SHARE if stop.moving_share is None else stop.moving_share
         self._momentum = REST_MOMENTUM if stop.momentum_share is None else stop.momentum_share
+        self._films = FILMS if stop.moving_share is None and stop.momentum_share is None else -1.0
         self._hold = stop.hold or HOLD * scene.end_time
         self.since = None
         """Time of the first frame of the current period of rest [s]; None while the snow moves."""
@@ -36,6 +37,7 @@ class StopAtRest:
         """After a frame."""
         motion, time = self._simulation.motion, self._simulation.time
         rests = motion.has_moved and motion.moving_share <= self._moving and motion.momentum_share <= self._momentum
+        rests = rests or (motion.has_moved and motion.momentum_share <= self._films)
         solver = self._simulation.solver
         to_come = any(event.to_come(time) for event in self._simulation.events)
         to_come = to_come or any(one.to_come(time) for one in solver.adapters)

@@ -3,10 +3,11 @@
     python tests/benchmarks/depth_areas.py TERRAIN ISEESNOW --mot BINARY --avaframe PYTHON [--cells 5]
                                            [--ways columns volumes MoT-Voellmy com1DFA]
 
-TERRAIN: AvaFrame's avaGar.asc, avaAlr.tif and their releases; ISEESNOW: the study's cases (tests/benchmarks/iseesnow.py).
-MoT-Voellmy is compiled from its source (cc -O3), PYTHON has `pip install avaframe`. 1.5 m of snow normal to the ground;
-Voellmy friction, on CoulombOnly its dry part alone. Areas are in plan, of the largest thickness normal to the ground at
-any time on cells of the run; seconds are processor seconds of whole programs on one thread. Writes depth_areas.csv.
+TERRAIN: AvaFrame's avaGar.asc, avaAlr.tif and their releases; ISEESNOW: the study's cases
+(tests/benchmarks/iseesnow.py). MoT-Voellmy is compiled from its source (cc -O3), PYTHON has `pip install avaframe`.
+1.5 m of snow normal to the ground; Voellmy friction, on CoulombOnly its dry part alone. Areas are in plan, of the
+largest thickness normal to the ground at any time on cells of the run; seconds are processor seconds of whole programs
+on one thread. Writes depth_areas.csv.
 """
 
 import argparse

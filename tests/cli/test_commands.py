@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -150,6 +151,17 @@ def test_run_and_render(call, block, tmp_path, monkeypatch):
     assert result.code == 0, result.err
     folder = snowmpm.Run("runs/block").path.parent
     assert [(path.parent, output) for path, output in asked] == [(folder, folder / "film.mp4")]
+
+
+def test_run_and_maps(call, block):
+    pytest.importorskip("rasterio", reason="needs the extra gis")
+    short = ("--set", "solver.dx=20", "--set", "end_time=4", "--set", "output.interval=2")
+    result = call("run", "avalanche_depth_averaged", *short, "-o", "valley", "--maps")
+    assert result.code == 0, result.err
+    made = {path.name for path in Path("valley/maps").iterdir()}
+    assert {"peak_depth.tif", "peak_pressure.png", "avalanche.csv"} <= made
+    flat = call("run", "column_collapse_2d", "-o", "flat", "--maps")
+    assert flat.code == 2 and "--maps" in flat.err and not Path("flat").exists()
 
 
 def test_check_says_what_will_be_modelled(call, block, tmp_path):
