@@ -21,11 +21,11 @@ class Example:
     """What a method needs of a scene beside its name.
 
     grounded: whether its snow must lie on terrain; it then stays there, and moves level only. in_plan: whether its
-    particles fill cells of a plan, whatever the depth. rest: keys of a scene with gravity whose snow stays where it is;
-    by default a settled column, or without an initial stress no gravity. at_rest: speed [sqrt(g D)] below which
-    that is rest. strength: times that of the snow, of a method that does not solve for snow which breaks as it hits a wall
-    (docs/implicit.md). solver: keys of its solver; of the depth-averaged method those of the scheme whose particles move
-    (finite volumes: tests/depth/test_volumes.py).
+    particles fill cells of a plan, whatever the depth. rest: keys of a scene with gravity whose snow stays where it
+    is; by default a settled column, or without an initial stress no gravity. at_rest: speed [sqrt(g D)] below which
+    that is rest. strength: times that of the snow, of a method that does not solve for snow which breaks as it hits a
+    wall (docs/implicit.md). solver: keys of its solver; of the depth-averaged method those of the scheme whose
+    particles move (finite volumes: tests/depth/test_volumes.py).
     """
 
     grounded: bool = False
