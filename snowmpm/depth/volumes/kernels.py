@@ -450,7 +450,8 @@ def kernels(real, law, takes, serial):
                         under, over = pushed(cells, step, below, c, c, 1), pushed(cells, step, c, c + 1, c, 1)
                         new = ti.max(0.0 * H, H + share * gain)
                         sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
-                        pull = step.dt * cells.ahead[c, 0] * cosine * cosine * step.g
+                        # of the mean mass: what is left of a cell that runs dry does not bear the pull of all
+                        pull = 0.5 * step.dt * (H + new) * cosine * cosine * step.g
                         mx = H * u + share * (into[0] - out[0] + under[0] - over[0]) - pull * sx
                         my = H * v + share * (into[1] - out[1] + under[1] - over[1]) - pull * sy
                         # where the first half did not act, all of it is due here
