@@ -62,8 +62,6 @@ def ours(scheme, inputs, folder, cell, **more):
         "materials": {"snow": {"kind": "elastic", "density": DENSITY, "youngs_modulus": 1e6, "poisson_ratio": 0.3}},
         "bodies": [{"name": "release", "material": "snow",
                     "shape": {"kind": "layer", "top": THICKNESS, "region": {"file": str(release)}}}]}
-    if scheme == "columns":
-        del tables["solver"]["depth"]
     (folder / "scene.toml").write_text(Scene.model_validate(tables).to_toml())
     seconds, said = spent([sys.executable, "-m", "snowmpm", "run", folder / "scene.toml", "-o", folder / "run",
                            "--overwrite", "--threads", 1])
