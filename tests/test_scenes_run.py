@@ -66,7 +66,8 @@ def test_library_scene_takes_its_first_steps(name, tmp_path):
     assert np.isfinite(frame.points).all() and len(frame) == run.summary["particles"]
     assert run.history["momentum_residual"][-1] < 1e-5  # float32
     assert run.history["unconverged"][-1] == 0
-    assert run.history["mass"][-1] == pytest.approx(run.history["mass"][0], rel=1e-12)
+    assert run.history["mass"][-1] == pytest.approx(
+        run.history["mass"][0], rel=1e-8 if scene.solver.in_volumes else 1e-12)
 
 
 BOTH = ("column_collapse_2d", "flume_impact", "oedometer", "sand_between_plates", "slope_failure",

@@ -16,7 +16,7 @@ from snowmpm.methods import METHODS
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.reasons import reasons
 
-ON_A_PATH = 0.56
+ON_A_PATH = 0.38
 """What depth-averaging added to the affected area on avaGar (`docs/depth_averaged.md`)."""
 
 WORTH_SAYING = 0.05
@@ -181,7 +181,7 @@ def _return_maps(budget):
 
 
 def _columns(budget):
-    """A thin flow in three dimensions that columns in plan could carry."""
+    """A thin flow in three dimensions that could be depth-averaged."""
     found = in_columns(budget.facts)
     if found:
         overrides, facts = found

@@ -29,8 +29,8 @@ AS_NOW = ("avalanche_on_raster", "slush_dam_2d", "block_wall_2d", "boulders_2d",
 
 
 FEW_STEPS = {
-    "avalanche_depth_averaged": "39 % too few, 243 for 398: in the gully the flow is deeper and faster than blocks, and"
-                                " its deposit creeps to rest until 76 s, where blocks lie still after 49",
+    "avalanche_depth_averaged": "38 % too few, 312 for 499: in the gully the flow is deeper and faster than blocks, and"
+                                " its films drain until 68 s, where blocks lie still after 49",
     "slushflow": "20 % too few: 24 for 35 m/s, at rest after 54 for 66 s, since blocks keep the release's depth and"
                  " feel no pressure; blocks of 2 and 4 times the depth rest sooner, and take 222 and 246 steps; water"
                  " that drains over 2 to 6 times the depth changes it by 1 %",

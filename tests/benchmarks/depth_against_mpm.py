@@ -1,4 +1,4 @@
-"""What depth-averaging changes: the library's valley by MPM in three dimensions and by columns in plan.
+"""What depth-averaging changes: the library's valley by MPM in three dimensions and depth-averaged.
 
     python tests/benchmarks/depth_against_mpm.py [RUNS]
 

@@ -1,4 +1,4 @@
-"""Real paths by columns and by MPM in three dimensions, with the same friction of the ground: run-out, peaks, seconds.
+"""Real paths by columns, by finite volumes and by MPM in three dimensions, with the same friction of the ground: run-out, peaks, seconds.
 
     python tests/benchmarks/depth_on_paths.py TERRAIN [--runs FOLDER] [--paths avaGar avaAlr] [-o FOLDER]
 
@@ -28,7 +28,8 @@ HERE = Path(__file__).parent
 PATHS = {"avaGar": ("avaGar.asc", "relGar.shp", 88.0), "avaAlr": ("avaAlr.tif", "relAlr.shp", 160.0)}
 """Elevation model, release, time [s]."""
 WAYS = {
-    "columns": {"solver.method": "depth", "solver.dx": 5.0},
+    "columns": {"solver.method": "depth", "solver.dx": 5.0, "solver.depth.scheme": "columns"},
+    "volumes": {"solver.method": "depth", "solver.dx": 5.0},
     "3-D": {"solver.dx": 2.0},
 }
 NUMBERS = ("runout", "affected_area", "area_above_10_kPa", "largest_flow_speed", "largest_flow_depth", "deposit_area")

@@ -99,7 +99,7 @@ def test_a_high_dam_holds_the_flow_back_and_a_low_one_is_overtopped(tmp_path):
         past[height] = (volume[points[:, 0] > 102.0].sum() + gone) / (volume.sum() + gone)
     assert past[0.0] > 0.95
     assert past[20.0] < 0.02
-    assert past[20.0] < past[1.5] < past[0.0] + 1e-9
+    assert past[20.0] < past[1.5] < past[0.0] + 1e-5
 
 
 def test_an_oblique_dam_deflects_the_flow(tmp_path):

@@ -191,9 +191,10 @@ def kernels(real, law, takes, serial):
         return ti.max(0.0 * u, cells.ground[c, 5] * (step.g + step.centrifugal * turn))
 
     @ti.func
-    def resisted(cells: ti.template(), friction: ti.template(), cover: ti.template(), step: ti.template(), c, H, u, v,
-                 dt):
-        """u, v after friction for dt, dry resistance [m/s2] at rest, and the work of friction over rho and plan."""
+    def resisted(cells: ti.template(), friction: ti.template(), cover: ti.template(), step: ti.template(), c, snow, dt):
+        """u, v of snow (H, u, v) after friction for dt, dry resistance [m/s2] at rest, and the work of friction over
+        rho and plan."""
+        H, u, v = snow[0], snow[1], snow[2]
         sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
         normal = normal_of(cells, step, c, u, v)
         depth = ti.max(ti.cast(LEAST_DEPTH, real), H * cosine)
@@ -243,7 +244,7 @@ def kernels(real, law, takes, serial):
                         cells.held[c] = HELD
                         if H > DRY:
                             sx, sy, cosine = cells.ground[c, 0], cells.ground[c, 1], cells.ground[c, 5]
-                            found = resisted(cells, friction, cover, step, c, H, u, v, 0.5 * step.dt)
+                            found = resisted(cells, friction, cover, step, c, ti.Vector([H, u, v]), 0.5 * step.dt)
                             state = 0
                             if found[0] == 0.0 and found[1] == 0.0:
                                 # the steeper side counts: the edge of a deposit must be able to give way
@@ -462,7 +463,7 @@ def kernels(real, law, takes, serial):
                         if new > DRY:
                             u, v = mx / new, my / new
                         if new > DRY and (u != 0.0 or v != 0.0):
-                            found = resisted(cells, friction, cover, step, c, new, u, v, rest)
+                            found = resisted(cells, friction, cover, step, c, ti.Vector([new, u, v]), rest)
                             u, v = found[0], found[1]
                             work += ti.cast(found[3], ti.f64)
                             if ti.static(taking):
