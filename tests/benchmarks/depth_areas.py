@@ -7,7 +7,7 @@ TERRAIN: AvaFrame's avaGar.asc, avaAlr.tif and their releases; ISEESNOW: the stu
 (tests/benchmarks/iseesnow.py). MoT-Voellmy is compiled from its source (cc -O3), PYTHON has `pip install avaframe`.
 1.5 m of snow normal to the ground; Voellmy friction, on CoulombOnly its dry part alone. Areas are in plan, of the
 largest thickness normal to the ground at any time on cells of the run; seconds are processor seconds of whole programs
-on one thread. Writes depth_areas.csv.
+on one thread. Writes depth_areas.csv, and prints the areas of the programs of the study.
 """
 
 import argparse
@@ -194,6 +194,18 @@ def of_avaframe(python, inputs, folder, cell):
     return {"seconds": seconds, "steps_seconds": told["seconds"], **areas(*peaks, cell)}, peaks[0]
 
 
+def of_study(folder, path):
+    """Areas [ha] of each program of the study (ISeeSnow): their least, median and largest."""
+    found = []
+    for file in sorted((folder / path / "peaks").glob("*.tif")):
+        if file.stem.endswith(("pft", "h_max")):
+            with rasterio.open(file) as raster:
+                thickness, cell = np.nan_to_num(raster.read(1)), raster.transform.a
+            found.append([(thickness > least).sum() * cell**2 / 1e4 for least in BEYOND])
+    return {name: by(found, axis=0).round(1).tolist() for name, by in (("least", np.min), ("median", np.median),
+                                                                       ("largest", np.max))}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("terrain", type=Path)
@@ -221,6 +233,9 @@ def main():
                     options.keep.mkdir(parents=True, exist_ok=True)
                     np.save(options.keep / f"{path}_{cell:g}_{way}.npy", peak)
     write(rows, options.output / "depth_areas.csv")
+    for path in options.paths:
+        if not path.startswith("ava"):
+            print(path, of_study(options.iseesnow, path))
 
 
 if __name__ == "__main__":
