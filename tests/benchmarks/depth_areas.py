@@ -63,7 +63,7 @@ def ours(scheme, inputs, folder, cell, **more):
         "bodies": [{"name": "release", "material": "snow",
                     "shape": {"kind": "layer", "top": THICKNESS, "region": {"file": str(release)}}}]}
     (folder / "scene.toml").write_text(Scene.model_validate(tables).to_toml())
-    seconds, said = spent([sys.executable, "-m", "snowmpm", "run", folder / "scene.toml", "-o", folder / "run",
+    seconds, _ = spent([sys.executable, "-m", "snowmpm", "run", folder / "scene.toml", "-o", folder / "run",
                            "--overwrite", "--threads", 1])
     run = snowmpm.open_run(folder / "run")
     peaks = run.maps["peak_thickness"].values, run.maps["peak_speed"].values
@@ -165,7 +165,7 @@ def of_mot(binary, inputs, folder, cell):
     momentum = 0.1 * depth.sum() * cell**2 * DENSITY  # of a mean of 0.1 m/s
     (here / "run.rcf").write_text(RCF.format(out=f"{here}/out/run", density=DENSITY, mu=mu, k=G / xi if xi else 0.0,
                                              momentum=momentum))
-    seconds, said = spent([Path(binary).resolve(), "run.rcf"], strict=False, cwd=here)
+    seconds, _ = spent([Path(binary).resolve(), "run.rcf"], strict=False, cwd=here)
     peaks = [read(next((here / "out").rglob(f"*{kind}*.asc"))) for kind in ("h_max", "s_max")]
     return {"seconds": seconds, **areas(*peaks, cell)}, peaks[0]
 

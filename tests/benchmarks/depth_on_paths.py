@@ -1,4 +1,5 @@
-"""Real paths by columns, by finite volumes and by MPM in three dimensions, with the same friction of the ground: run-out, peaks, seconds.
+"""Real paths by columns, by finite volumes and by MPM in three dimensions, with the same friction: run-out, peaks,
+seconds.
 
     python tests/benchmarks/depth_on_paths.py TERRAIN [--runs FOLDER] [--paths avaGar avaAlr] [-o FOLDER]
 
