@@ -1,5 +1,7 @@
 """What the two schemes of the depth-averaged method share: ground, friction, obstacles, forecast."""
 
+from typing import Any
+
 import numpy as np
 
 from snowmpm.compiler import runtime
@@ -21,6 +23,9 @@ WALLS = ("slip", "symmetric")
 
 class PlanSolver(Method, PushesObstacles, Forecasts):
     """Snow that flows in plan over a ground. grid, bed, adapters, gravity; law: class of its friction."""
+
+    particles: Any
+    _gauges: Any
 
     def __init__(self, options, friction, setting: Setting):
         """friction: `ground.friction.GroundFriction`, or a law whose parameters are all numbers; setting: its obstacles

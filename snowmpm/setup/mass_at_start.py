@@ -1,6 +1,7 @@
 """Whether the mass at the start is that of the bodies: density times the volume of their union, above the ground."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -57,7 +58,8 @@ class _Filled:
         positions, volumes = model.population.positions[own], model.population.volumes[own]
         self.volume = float(volumes.sum())
         self.spacing = model.scene.solver.spacing(model.scene.dimension)
-        self.lower, self.upper = (positions.min(axis=0), positions.max(axis=0)) if len(positions) else (None, None)
+        self.lower: Any = positions.min(axis=0) if len(positions) else None
+        self.upper: Any = positions.max(axis=0) if len(positions) else None
         if len(positions) > SAMPLE:  # the same ones for the same scene
             chosen = np.random.default_rng(0).choice(len(positions), SAMPLE, replace=False)
             positions, volumes = positions[chosen], volumes[chosen]
@@ -128,7 +130,7 @@ def _shared(one, other):
 def _neighbours(bodies):
     """Pairs of bodies whose particles' boxes overlap, by a sweep along x."""
     there = sorted((b for b in bodies if b.lower is not None), key=lambda b: b.lower[0])
-    active = []
+    active: list[Any] = []
     for body in there:
         active = [one for one in active if one.upper[0] > body.lower[0]]
         for one in active:

@@ -28,7 +28,7 @@ class Stopping(Adapter):
     """
 
     name = "forest_and_deposition"
-    _deposit = Deposit
+    _deposit: Any = Deposit
 
     def __init__(self, forest=None, time=None):
         self._forest, self._time = forest, time

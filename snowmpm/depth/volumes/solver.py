@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,9 @@ CELL_STEP = 200e-9
 class VolumeSolver(PlanSolver):
     """Snow of one material that flows over a ground, in cells."""
 
+    particles: FlowCells
+    _start: Any
+
     def __init__(self, population, laws, options, *, friction, **setting):
         """Arguments as of `depth.solver.DepthSolver`. Raises InputError for what this scheme does not compute."""
         given = Setting(**setting)
@@ -65,9 +69,9 @@ class VolumeSolver(PlanSolver):
         self._live = np.ones(-(-nx // steps.TILE) * rows, np.int32)
         self._tiles = steps.Tiles(self._live, len(self._live), rows, nx, ny)
         self._report = np.zeros((len(self._live), steps.REPORT))
-        empty = [np.zeros((n, *shape), real) for shape in ((3,), (steps.SLOPES,), (2, steps.FLUX))]
-        self._cells = steps.Cells(store.state_array.reshape(n, 3), np.ones(n, np.int32), np.ones(n, real), *empty,
-                                  store.ground.reshape(n, steps.GROUND))
+        ahead, slopes, flux = (np.zeros((n, *shape), real) for shape in ((3,), (steps.SLOPES,), (2, steps.FLUX)))
+        self._cells = steps.Cells(store.state_array.reshape(n, 3), np.ones(n, np.int32), np.ones(n, real), ahead,
+                                  slopes, flux, store.ground.reshape(n, steps.GROUND))
         node = np.pad(grid.nodes(), MARGIN, mode="edge")
         self._friction = steps.Friction(np.ascontiguousarray(node.ravel(), np.int32), self._place.astype(np.int32),
                                         np.ascontiguousarray(self._numbers), store.density)
@@ -120,7 +124,7 @@ class VolumeSolver(PlanSolver):
         padded[: state.shape[0], : state.shape[1]] = state[..., 0] > 0.0
         held = padded.reshape(shape[0], side, shape[1], side).any(axis=(1, 3))
         wide = np.pad(held, 1)
-        near = sum(wide[i : i + shape[0], j : j + shape[1]].astype(np.int32) for i in range(3) for j in range(3)) > 0
+        near = np.any([wide[i : i + shape[0], j : j + shape[1]] for i in range(3) for j in range(3)], axis=0)
         for tile in np.flatnonzero(self._live & ~near.ravel()):
             i, j = divmod(int(tile), shape[1])
             part = slice(i * side, (i + 1) * side), slice(j * side, (j + 1) * side)
