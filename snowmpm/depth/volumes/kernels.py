@@ -45,7 +45,7 @@ RATE, WORK, SPEED2, TAKEN_UP, HEIGHT = 0, 1, 2, 3, 4
 area of a cell [m3/s2], largest speed squared, snow cover taken up [kg], and its sum of mass times height [kg m]."""
 
 GROUND = 6
-"""Numbers of the ground in a cell: s (2), B (3: xx, yy, xy), cos."""
+"""Numbers of the ground in a cell: s (2), B over four cells (3: xx, yy, xy), cos."""
 
 HELD, DRIVEN = 1, 2
 """Of a cell: held by friction; set in motion, or kept in it, by more than friction takes in a half step, which must not
