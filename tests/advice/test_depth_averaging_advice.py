@@ -38,7 +38,8 @@ def test_a_block_reaches_the_speed_of_voellmy():
     scene = sheet({"kind": "plane", "point": [0.0, 0.0, 300.0], "angle": 35.0})
     facts = facts_of(scene)
     known = 27.956 * np.tanh(10.0 / 6.381)
-    assert facts.forecast.course.speed == pytest.approx(known, rel=0.02)
+    # Cells at the corners of the release are up to a tenth deeper than it, and so faster: the course is of the fastest
+    assert known < facts.forecast.course.speed < np.sqrt(1.1) * known
     run = snowmpm.Simulation(scene)
     while run.time < 10.0:
         run.step(until=10.0)
