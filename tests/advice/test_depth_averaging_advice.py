@@ -32,15 +32,22 @@ def facts_of(scene):
     return SceneFacts(scene, model, model.solver())
 
 
-def test_a_block_reaches_the_speed_of_voellmy():
+STEEP = {"kind": "plane", "point": [0.0, 0.0, 300.0], "angle": 35.0}
+
+
+@pytest.mark.parametrize("scheme", ["columns", pytest.param("volumes", marks=pytest.mark.xfail(strict=True, reason=(
+    "4.6 % too fast: what a release has in cells beyond is in those of its edge, which are 12 % deeper than it")))])
+def test_a_block_reaches_the_speed_of_voellmy(scheme):
     """v = v_inf tanh(t / T), with v_inf = 27.956 m/s and T = 6.381 s on a slope of 35 degrees (D6). A column at the rim
-    is thinner, and slower; the steps are those that the speed allows."""
-    scene = sheet({"kind": "plane", "point": [0.0, 0.0, 300.0], "angle": 35.0})
-    facts = facts_of(scene)
-    known = 27.956 * np.tanh(10.0 / 6.381)
-    # Cells at the corners of the release are up to a tenth deeper than it, and so faster: the course is of the fastest
-    assert known < facts.forecast.course.speed < np.sqrt(1.1) * known
-    run = snowmpm.Simulation(scene)
+    is thinner, and slower."""
+    facts = facts_of(sheet(STEEP, solver={"method": "depth", "dx": 2.0, "depth": {"scheme": scheme}}))
+    assert facts.forecast.course.speed == pytest.approx(27.956 * np.tanh(10.0 / 6.381), rel=0.02)
+
+
+@pytest.mark.parametrize("scheme", ["columns", "volumes"])
+def test_steps_are_those_that_the_speed_allows(scheme):
+    scene = sheet(STEEP, solver={"method": "depth", "dx": 2.0, "depth": {"scheme": scheme}})
+    facts, run = facts_of(scene), snowmpm.Simulation(scene)
     while run.time < 10.0:
         run.step(until=10.0)
     assert facts.steps == pytest.approx(run.solver.steps, rel=0.15)

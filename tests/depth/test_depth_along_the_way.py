@@ -88,6 +88,5 @@ def test_profile_of_columns_is_ground_and_depth(run):
     inner = slice(3, -3)
     np.testing.assert_allclose(found.bottom[inner], -np.tan(angle) * found.s[inner], atol=0.05)
     np.testing.assert_allclose((found.top - found.bottom)[inner], DEPTH / np.cos(angle), rtol=0.02)
-    # Cells: a layer is spread over the next one on either side
-    assert found.start == pytest.approx(10.0, abs=1.6) and found.end == pytest.approx(50.0, abs=1.6)
+    assert found.start == pytest.approx(10.0, abs=1.1) and found.end == pytest.approx(50.0, abs=1.1)
     assert found.back == pytest.approx(10.0, abs=2.5) and found.front == pytest.approx(50.0, abs=2.5)

@@ -47,10 +47,19 @@ def test_dam_breaks_on_slopes_have_the_depth_of_theory(name):
         errors.append(np.abs(depth - dam.depth(x, time))[seen].sum() * (x[1] - x[0]) / way)
         assert errors[-1] < 0.02
         assert abs(place_of(x, depth, 0.1) - dam.place(0.1, time)) < 0.02 * way
-        # It is reached slowly as cells get finer: there, the theory has no depth
-        short = 1.0 - x[np.flatnonzero(depth > 1e-6)[-1]] / dam.place(0.0, time)
-        assert abs(short) < (0.08 if dx == 0.025 else 0.11)
     assert errors[1] < 0.7 * errors[0]
+
+
+LEVEL = pytest.mark.xfail(strict=True, reason="10.2 % short on the level: a front of no depth is reached slowly; 6.8 %"
+                                              " on cells of half the size")
+
+
+@pytest.mark.parametrize(("name", "dx"), [pytest.param(name, dx, marks=LEVEL if (name, dx) == ("flat", 0.05) else ())
+                                          for name in DAMS for dx in (0.05, 0.025)])
+def test_the_tip_of_a_dam_break(name, dx):
+    dam, time = DAMS[name]
+    x, depth = broken(dam, time, dx)
+    assert abs(x[np.flatnonzero(depth > 1e-6)[-1]] / dam.place(0.0, time) - 1.0) < 0.08
 
 
 def test_a_dam_break_on_a_wet_bed():

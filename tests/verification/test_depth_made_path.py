@@ -15,7 +15,8 @@ def run(path, folder, dx, centrifugal=True):
     solver = {"method": "depth", "dx": dx, **({} if centrifugal else {"depth": {"centrifugal": False}})}
     return snowmpm.run(snowmpm.load_scene("avalanche_on_raster", {
         "terrain.file": str(path.dem), "bodies.0.shape.region.file": str(path.release), "terrain.friction": FRICTION,
-        "solver": solver, "end_time": 60.0, "output.interval": 10.0, "output.fields": ["velocity", "volume"]}), folder)
+        "solver": solver, "end_time": 60.0, "stop.at_rest": False, "output.interval": 10.0,
+        "output.fields": ["velocity", "volume"]}), folder)
 
 
 def mass_centre(run, k):
@@ -39,8 +40,7 @@ def runs(path, tmp_path_factory):
 def test_mass_centre_stops_where_a_block_does(runs, dx):
     """To 0.2 % of its way of 325 m. Seen: 0.02 and 0.12 %; without the centrifugal term it would be 17 m more."""
     start, end = mass_centre(runs[dx], 0), mass_centre(runs[dx], -1)
-    momentum = runs[dx].history["total_momentum"]
-    assert momentum[-1] < 1e-5 * momentum.max()  # what still moves are films
+    assert runs[dx].history["max_speed"][-1] == 0.0
     assert end[0] - start[0] == pytest.approx(block_runout(start[0], FRICTION) - start[0], rel=2e-3)
     assert end[1] == pytest.approx(MIDDLE, abs=0.1)
 
@@ -65,4 +65,4 @@ def test_mass_is_that_of_the_polygon_along_the_ground(path, runs):
     for found in runs.values():
         mass = found.history["mass"]
         assert mass[0] == pytest.approx(250.0 * 1.2 * path.release_area(), rel=1e-3)
-        np.testing.assert_allclose(mass[-1], mass[0], rtol=2e-6)  # of single precision
+        np.testing.assert_allclose(mass[-1], mass[0], rtol=1e-6)  # cells round what crosses them, in single precision

@@ -15,9 +15,7 @@ from snowmpm.stepping.component import Adapter
 
 def adapter(model):
     """`Stopping` of the scene of a `Model`."""
-    terrain = model.scene.terrain
-    forest = partial(forest_at, model.scene, model.surface) if terrain.forest else None
-    return Stopping(forest, terrain.deposition.time if terrain.deposition else None)
+    return Stopping.of(model)
 
 
 class Stopping(Adapter):
@@ -29,6 +27,13 @@ class Stopping(Adapter):
 
     name = "forest_and_deposition"
     _deposit: Any = Deposit
+
+    @classmethod
+    def of(cls, model):
+        """That of the scene of a `Model`."""
+        terrain = model.scene.terrain
+        forest = partial(forest_at, model.scene, model.surface) if terrain.forest else None
+        return cls(forest, terrain.deposition.time if terrain.deposition else None)
 
     def __init__(self, forest=None, time=None):
         self._forest, self._time = forest, time

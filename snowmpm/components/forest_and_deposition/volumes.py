@@ -1,13 +1,11 @@
 """Trees, and snow that stops, in a flow by finite volumes."""
 
 import math
-from functools import partial
 
 import numpy as np
 
 from snowmpm.components.forest_and_deposition.deposit import over_plan
 from snowmpm.components.forest_and_deposition.depth import Stopping
-from snowmpm.components.forest_and_deposition.from_scene import forest_at
 from snowmpm.depth.kernel_api import LEAST_DEPTH
 
 EMPTIED = 1e-6
@@ -16,9 +14,7 @@ EMPTIED = 1e-6
 
 def adapter(model):
     """`StoppingInCells` of the scene of a `Model`."""
-    terrain = model.scene.terrain
-    forest = partial(forest_at, model.scene, model.surface) if terrain.forest else None
-    return StoppingInCells(forest, terrain.deposition.time if terrain.deposition else None)
+    return StoppingInCells.of(model)
 
 
 class CellDeposit:

@@ -47,19 +47,22 @@ class FlowCells(Particles):
 
     def _spread(self, population, chosen):
         """H and velocity (nx, ny, 3) of a part of the population, spread by the spline, so that where particles lie
-        within cells does not show, over the cells that hold some: no snow begins beyond the release."""
+        within cells does not show, over the cells that hold some: no snow begins beyond the release. What the spline
+        would give to others stays in its cell, so that an even layer is even to its edges."""
         grid = self.grid
         cell, offset = grid.cells(population.positions[chosen, :2])
         cell = np.column_stack([grid.inner(axis, cell[:, axis]) for axis in (0, 1)])
         held, found = np.zeros(grid.shape, bool), np.zeros((int(grid.shape.prod()), 3))
         held[tuple(cell.T)] = True
+        own = np.ravel_multi_index(tuple(cell.T), tuple(grid.shape))
         (wx, _), (wy, _) = (spline(offset[:, axis]) for axis in (0, 1))
         places, shares = [], []
         for i, j in np.ndindex(3, 3):
             at = grid.inner(0, cell[:, 0] + i - 1), grid.inner(1, cell[:, 1] + j - 1)
             places.append(np.ravel_multi_index(at, tuple(grid.shape)))
             shares.append(wx[:, i] * wy[:, j] * held[at])
-        volume = population.volumes[chosen] * shares / np.sum(shares, axis=0)
+        places, shares = [*places, own], [*shares, 1.0 - np.sum(shares, axis=0)]
+        volume = population.volumes[chosen] * shares
         values = np.ones(len(cell)), *population.velocities[chosen, :2].T
         for k, value in enumerate(values):
             found[:, k] = np.bincount(np.concatenate(places), (volume * value).ravel(), len(found))

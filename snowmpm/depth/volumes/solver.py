@@ -224,7 +224,6 @@ class VolumeSolver(PlanSolver):
             ground = self.particles.ground.reshape(len(rows), -1)[lost, :2]
             velocity = np.column_stack([plan, (plan * ground).sum(axis=1)])
             removed = self.particles.removed
-            removed["count"] += len(lost)
             removed["mass"] += float(mass.sum())
             removed["momentum"] = removed["momentum"] + mass @ velocity
             removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1)
