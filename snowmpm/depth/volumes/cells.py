@@ -7,7 +7,7 @@ from snowmpm.annotations import derived
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.snapshot import EMPTY, spline
-from snowmpm.depth.volumes.kernels import GROUND
+from snowmpm.depth.volumes.arrays import GROUND
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.particles.snapshot_probe import SnapshotProbe

@@ -10,9 +10,9 @@ G^-1 = I - s s / (1 + s^2) the inverse of the metric of its surface, a flow of t
 doi:10.1016/S1631-073X(03)00117-1; columns, `depth.gather`, have the pressure of cos^2 H, which differs by H grad cos).
 A step:
 
-    friction dt/2;  slopes of H and w, each limited (`limited`);  H and w half a step later in each cell (MUSCL-Hancock,
-    van Leer 1984, doi:10.1137/0905001);  fluxes between cells by HLLC (Toro 2001, ISBN 0-471-98766-1, section 10.6),
-    with the speed of a front on dry ground;  gravity;  friction dt/2
+    friction dt/2;  slopes of H and w, each limited (`planes.limited`);  H and w half a step later in each cell
+    (MUSCL-Hancock, van Leer 1984, doi:10.1137/0905001);  fluxes between cells by HLLC (Toro 2001, ISBN 0-471-98766-1,
+    section 10.6), with the speed of a front on dry ground;  gravity;  friction dt/2
 
 The metric of a face is that of the mean slope of its cells. What a face pushes is counted against the pressure within
 each cell, so that even snow on bent ground is not pushed. What crosses a face is turned from the plane of one cell into
@@ -25,105 +25,39 @@ import functools
 from typing import Any, NamedTuple
 
 from snowmpm.compiler import ti
-from snowmpm.compiler.groups import Array, Double, Real, grouped_kernel
+from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import strided, strides
 from snowmpm.depth.arrays import CoverArrays
+from snowmpm.depth.volumes.arrays import (
+    DRIVEN,
+    DRY,
+    FLUX,
+    HEIGHT,
+    HELD,
+    LEAST_DEPTH,
+    RATE,
+    SLOPES,
+    SPEED2,
+    TAKEN_UP,
+    TILE,
+    WORK,
+    Cells,
+    Friction,
+    Step,
+    Tiles,
+)
+from snowmpm.depth.volumes.planes import carried, limited, slope_at, surface_speed, velocity_of
 from snowmpm.materials.parameters import named
-
-TILE = 8
-"""Cells along the side of a tile; tiles without snow, and none near, are left out."""
-
-DRY = 1e-5
-"""Depth [m] below which a cell has no velocity, and so little as is not left behind."""
-
-LEAST_DEPTH = 1e-3
-"""Depth [m] below which friction takes a cell for this deep, as of columns (`depth.gather`)."""
-
-REPORT = 5
-RATE, WORK, SPEED2, TAKEN_UP, HEIGHT = 0, 1, 2, 3, 4
-"""Numbers of a tile's report: largest sum of |w| + c along both axes over dx [1/s], work of friction over density and
-area of a cell [m3/s2], largest speed squared, snow cover taken up [kg], and its sum of mass times height [kg m]."""
-
-GROUND = 6
-"""Numbers of the ground in a cell: s (2), B over four cells (3: xx, yy, xy), cos."""
-
-HELD, DRIVEN = 1, 2
-"""Of a cell: held by friction; set in motion, or kept in it, by more than friction takes in a half step, which must not
-stop it on the way."""
-
-SLOPES, FLUX = 6, 4
-"""Numbers of the slopes of a cell: of H, u, v along x, then along y; of a flux: mass, momentum across and along the
-face, pressure."""
-
-
-class Cells(NamedTuple):
-    """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 3) of H, u, v; held (n,), or not;
-    share (n,): of what would flow out of it in the step, how much there is;
-    ahead (n, 3): half a step later; slopes (n, 6); flux (n, 2, 4) of the faces towards +x and +y; ground (n, 6)."""
-
-    state: Array
-    held: Array
-    share: Array
-    ahead: Array
-    slopes: Array
-    flux: Array
-    ground: Array
-
-
-class Friction(NamedTuple):
-    """node (n,): number of each cell's node in the plan grid, place (nodes,): its row in numbers; rho [kg/m3]."""
-
-    node: Array
-    place: Array
-    numbers: Array
-    rho: Real
-
-
-class Bed(NamedTuple):
-    """heights (n,): of the ground under the middles of the cells [m]."""
-
-    heights: Array
-
-
-class Tiles(NamedTuple):
-    """live (tiles,): whether there is snow in or near; their number, rows of them along y, cells along x and y."""
-
-    live: Array
-    n: int
-    rows: int
-    nx: int
-    ny: int
-
-
-class Step(NamedTuple):
-    """dt [s]; dx [m]; g [m/s2]; share of the centrifugal term that counts."""
-
-    dt: Real
-    dx: Real
-    g: Real
-    centrifugal: Real
 
 
 class Kernels(NamedTuple):
-    """That of the shape of the ground in live tiles, and those of a step, in their order."""
+    """Those of a step, in their order."""
 
-    shape: object
     rub: object
     predict: object
     cross: object
     drain: object
     update: object
-
-
-@ti.func
-def limited(a, b):
-    """Slope of a cell from the differences to either side: their mean, or twice the smaller where that is less, and 0
-    where they differ in sign (van Leer 1977, doi:10.1016/0021-9991(77)90095-X)."""
-    found = 0.0 * a
-    if a * b > 0.0:
-        least = 2.0 * ti.min(ti.abs(a), ti.abs(b))
-        found = ti.max(-least, ti.min(least, 0.5 * (a + b)))
-    return found
 
 
 @functools.cache
@@ -134,50 +68,6 @@ def kernels(real, law, takes, serial):
     cover_names = takes.PARAMETERS if takes else law.PARAMETERS
     taking = takes is not None
     n_numbers, n_cover = len(names._fields), len(cover_names._fields)
-
-    @ti.func
-    def slope_at(cells: ti.template(), c):
-        return ti.Vector([cells.ground[c, 0], cells.ground[c, 1]])
-
-    @ti.func
-    def velocity_of(cells: ti.template(), c):
-        return ti.Vector([cells.state[c, 1], cells.state[c, 2]])
-
-    @ti.func
-    def carried(w, a, ca, b, cb):
-        """A velocity w in plan, along the plane of slope a, turned into that of slope b: as long as before. ca, cb: the
-        cosines of the planes."""
-        return w + (a * ca + b * cb) * (cb * w.dot(a - b) / (1.0 + ca * cb * (1.0 + a.dot(b))))
-
-    @ti.func
-    def surface_speed(u, v, sx, sy):
-        return ti.sqrt(u * u + v * v + (u * sx + v * sy) ** 2)
-
-    @grouped_kernel(real)
-    def shape(cells: Cells, bed: Bed, tiles: Tiles, dx: Double):
-        """Slope, curvature and cosine of the ground in live tiles, by central differences."""
-        ti.loop_config(serialize=serial)
-        for turn in range(strides(tiles.n)):
-            tile = strided(turn, tiles.n)
-            if tile < tiles.n and tiles.live[tile] > 0:
-                for inner in range(TILE * TILE):
-                    i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
-                    if 1 < i < tiles.nx - 2 and 1 < j < tiles.ny - 2:
-                        c, middle = i * tiles.ny + j, bed.heights[i * tiles.ny + j]
-                        right, left = bed.heights[c + tiles.ny], bed.heights[c - tiles.ny]
-                        over, under = bed.heights[c + 1], bed.heights[c - 1]
-                        s = ti.Vector([right - left, over - under]) / (2.0 * dx)
-                        twist = (bed.heights[c + tiles.ny + 1] - bed.heights[c + tiles.ny - 1]
-                                 - bed.heights[c - tiles.ny + 1] + bed.heights[c - tiles.ny - 1])
-                        # over four cells: bends of single cells, and the noise of a survey, are not those of a flow
-                        wide = (bed.heights[c + 2 * tiles.ny] + bed.heights[c - 2 * tiles.ny] - 2.0 * middle,
-                                bed.heights[c + 2] + bed.heights[c - 2] - 2.0 * middle)
-                        bend = ti.Vector([wide[0], wide[1], twist]) / (2.0 * dx) ** 2
-                        for a in ti.static(range(2)):
-                            cells.ground[c, a] = ti.cast(s[a], real)
-                        for a in ti.static(range(3)):
-                            cells.ground[c, 2 + a] = ti.cast(bend[a], real)
-                        cells.ground[c, 5] = ti.cast(1.0 / ti.sqrt(1.0 + s.dot(s)), real)
 
     @ti.func
     def of_cover(cover: ti.template(), node):
@@ -429,7 +319,8 @@ def kernels(real, law, takes, serial):
                        slope_at(cells, c), cells.ground[c, 5])
 
     @grouped_kernel(real)
-    def update(cells: Cells, friction: Friction, cover: CoverArrays, bed: Bed, tiles: Tiles, step: Step, report: Array):
+    def update(cells: Cells, friction: Friction, cover: CoverArrays, heights: Array, tiles: Tiles, step: Step,
+               report: Array):
         """What crossed the faces, gravity, the second half of friction, and snow cover that is taken up."""
         ti.loop_config(serialize=serial)
         for turn in range(strides(tiles.n)):
@@ -477,9 +368,9 @@ def kernels(real, law, takes, serial):
                                                                v / half)
                                     taken = ti.min(ti.cast(wanted, ti.f64) * area, cover.mass[node])
                                     cover.mass[node] -= taken
-                                    bed.heights[c] -= taken * cover.lowering[node]
+                                    heights[c] -= taken * cover.lowering[node]
                                     taken_up += taken
-                                    height += taken * bed.heights[c]
+                                    height += taken * heights[c]
                                     deeper = new + ti.cast(taken / (ti.cast(friction.rho, ti.f64) * area), real)
                                     slower = new / deeper
                                     work += 0.5 * ti.cast(new * speed * speed * (1.0 - slower), ti.f64)
@@ -494,4 +385,4 @@ def kernels(real, law, takes, serial):
                 report[tile, TAKEN_UP], report[tile, HEIGHT] = taken_up, height
                 report[tile, WORK] += work
 
-    return Kernels(shape, rub, predict, cross, drain, update)
+    return Kernels(rub, predict, cross, drain, update)

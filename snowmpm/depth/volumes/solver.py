@@ -11,8 +11,10 @@ from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth.intake import Intake
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.plan_solver import WALLS, PlanSolver
-from snowmpm.depth.volumes import kernels as steps
+from snowmpm.depth.volumes import arrays
 from snowmpm.depth.volumes.cells import FlowCells
+from snowmpm.depth.volumes.kernels import kernels
+from snowmpm.depth.volumes.planes import shape_kernel
 from snowmpm.errors import SimulationError
 from snowmpm.stepping.contract import StepLimits, Totals, Workload
 from snowmpm.stepping.setting import Setting
@@ -65,20 +67,20 @@ class VolumeSolver(PlanSolver):
         """What kernels read."""
         store, grid, real = self.particles, self.grid, self.real_numpy
         nx, ny = store.state_array.shape[:2]
-        n, rows = nx * ny, -(-ny // steps.TILE)
-        self._live = np.ones(-(-nx // steps.TILE) * rows, np.int32)
-        self._tiles = steps.Tiles(self._live, len(self._live), rows, nx, ny)
-        self._report = np.zeros((len(self._live), steps.REPORT))
-        ahead, slopes, flux = (np.zeros((n, *shape), real) for shape in ((3,), (steps.SLOPES,), (2, steps.FLUX)))
-        self._cells = steps.Cells(store.state_array.reshape(n, 3), np.ones(n, np.int32), np.ones(n, real), ahead,
-                                  slopes, flux, store.ground.reshape(n, steps.GROUND))
+        n, rows = nx * ny, -(-ny // arrays.TILE)
+        self._live = np.ones(-(-nx // arrays.TILE) * rows, np.int32)
+        self._tiles = arrays.Tiles(self._live, len(self._live), rows, nx, ny)
+        self._report = np.zeros((len(self._live), arrays.REPORT))
+        ahead, slopes, flux = (np.zeros((n, *shape), real) for shape in ((3,), (arrays.SLOPES,), (2, arrays.FLUX)))
+        self._cells = arrays.Cells(store.state_array.reshape(n, 3), np.ones(n, np.int32), np.ones(n, real), ahead,
+                                  slopes, flux, store.ground.reshape(n, arrays.GROUND))
         node = np.pad(grid.nodes(), MARGIN, mode="edge")
-        self._friction = steps.Friction(np.ascontiguousarray(node.ravel(), np.int32), self._place.astype(np.int32),
+        self._friction = arrays.Friction(np.ascontiguousarray(node.ravel(), np.int32), self._place.astype(np.int32),
                                         np.ascontiguousarray(self._numbers), store.density)
         self.heights = np.ascontiguousarray(self.bed.plain)
         """Heights (nx + 2 MARGIN, ny + 2 MARGIN) [m] of the ground under the middles of the cells as they are now."""
         store.heights = self.heights
-        self._bed = steps.Bed(self.heights.ravel())
+        self._heights = self.heights.ravel()
         self._intake = next((make(self) for make in self.adapters.intake), None) or Intake.none(grid)
         self._serial = runs_serially(CELL_STEP * max(1, int((store.state_array[..., 0] > 0.0).sum())))
         self._shape()
@@ -97,7 +99,7 @@ class VolumeSolver(PlanSolver):
         return runtime.DTYPES[self.precision][1]
 
     def _kernels(self):
-        return steps.kernels(self.real, self._law, self._intake.law, self._serial)
+        return kernels(self.real, self._law, self._intake.law, self._serial)
 
     def _shape(self):
         """The ground of live tiles, from `heights`."""
@@ -106,7 +108,7 @@ class VolumeSolver(PlanSolver):
                 if self._sides[axis][end] in WALLS:
                     self._one_side(self.heights, axis, end, lambda part, along: part)
         with runtime.precision(self.precision):
-            self._kernels().shape(self._cells, self._bed, self._tiles, self.grid.dx)
+            shape_kernel(self.real, self._serial)(self._cells, self._heights, self._tiles, self.grid.dx)
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -118,7 +120,7 @@ class VolumeSolver(PlanSolver):
             return
         self._awake = AWAKE
         shape = len(self._live) // self._tiles.rows, self._tiles.rows
-        side = steps.TILE
+        side = arrays.TILE
         padded = np.zeros((shape[0] * side, shape[1] * side), bool)
         state = self.particles.state_array
         padded[: state.shape[0], : state.shape[1]] = state[..., 0] > 0.0
@@ -138,18 +140,18 @@ class VolumeSolver(PlanSolver):
         self._wake()
         if self.adapters.move_ground:
             self._shape()
-        step = steps.Step(dt, self.grid.dx, -float(self.gravity[2]), float(self.options.centrifugal))
-        cover, kernels = self._intake.arrays, self._kernels()
+        step = arrays.Step(dt, self.grid.dx, -float(self.gravity[2]), float(self.options.centrifugal))
+        cover, launch = self._intake.arrays, self._kernels()
         self._report[:] = 0.0
         with runtime.precision(self.precision):
-            kernels.rub(self._cells, self._friction, cover, self._tiles, step, self._report)
+            launch.rub(self._cells, self._friction, cover, self._tiles, step, self._report)
             self._beyond()
-            kernels.predict(self._cells, self._tiles, step)
+            launch.predict(self._cells, self._tiles, step)
             self._mirror_ahead()
-            kernels.cross(self._cells, self._tiles, step)
-            kernels.drain(self._cells, self._tiles, step)
+            launch.cross(self._cells, self._tiles, step)
+            launch.drain(self._cells, self._tiles, step)
             self._fill(self._cells.share.reshape(*self.particles.state_array.shape[:2], 1), (None, None))
-            kernels.update(self._cells, self._friction, cover, self._bed, self._tiles, step, self._report)
+            launch.update(self._cells, self._friction, cover, self._heights, self._tiles, step, self._report)
         if self._gauges:
             state = self.particles.state_array[self._gauged].astype(float) * [self.grid.dx**2, 1.0, 1.0]
             self._gauges.feel(state[:, :1] * np.column_stack([np.ones(len(state)), state[:, 1:]]), dt)
@@ -173,8 +175,8 @@ class VolumeSolver(PlanSolver):
     def _gain(self):
         """Count the snow cover that was taken up."""
         removed = self.particles.removed
-        removed["entrained"] += float(self._report[:, steps.TAKEN_UP].sum())
-        removed["energy"] += float(self._report[:, steps.HEIGHT].sum()) * self.gravity[2]
+        removed["entrained"] += float(self._report[:, arrays.TAKEN_UP].sum())
+        removed["energy"] += float(self._report[:, arrays.HEIGHT].sum()) * self.gravity[2]
 
     def _beyond(self):
         """Cells beyond the sides: the mirror image at walls, the other end of periodic axes."""
@@ -232,13 +234,13 @@ class VolumeSolver(PlanSolver):
             self._mass = self.particles.mass
 
     def _read(self):
-        speed2 = float(self._report[:, steps.SPEED2].max())
-        work = float(self._report[:, steps.WORK].sum())
+        speed2 = float(self._report[:, arrays.SPEED2].max())
+        work = float(self._report[:, arrays.WORK].sum())
         if not np.isfinite(speed2 + work):
             self._fail()
         self.extremes = Extremes(speed=math.sqrt(speed2))
         self.contact_work += work * self.particles.density * self.grid.dx**2
-        self._rate = float(self._report[:, steps.RATE].max())
+        self._rate = float(self._report[:, arrays.RATE].max())
 
     def _fail(self):
         bad = np.argwhere(~np.isfinite(FlowCells.inner(self.particles.state_array)).all(axis=2))
@@ -316,8 +318,9 @@ class VolumeSolver(PlanSolver):
     @property
     def memory(self):
         """Bytes of everything but the cells with snow."""
-        arrays = *self._cells, self._friction.node, self._friction.place, self._friction.numbers, *self._bed
-        return sum(array.nbytes for array in arrays) + self.adapters.bytes
+        friction = self._friction
+        held = *self._cells, friction.node, friction.place, friction.numbers, self._heights
+        return sum(array.nbytes for array in held) + self.adapters.bytes
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
