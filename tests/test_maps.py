@@ -31,6 +31,10 @@ def test_a_block_that_slides_over_the_map():
     assert np.nanmax(speed) == pytest.approx(2.0, rel=1e-6)
     pressure = peaks.rasters()["peak_pressure"][0]
     assert np.nanmax(pressure) == pytest.approx(300.0 * 2.0**2, rel=1e-6)  # rho v^2
+    assert np.nanmax(peaks.rasters()["peak_momentum"][0]) == pytest.approx(0.6 * 2.0, rel=1e-6)  # level ground: h v
+    duration = peaks.rasters()["flow_duration"][0]
+    assert duration[5, 5] == pytest.approx(0.0875, abs=0.005)  # its last column, at x = 1.025 m, goes over 1.2 m
+    assert duration[5, 9] == pytest.approx(0.395 - 0.0125, abs=0.006)  # until now: 0.395 s
     release = peaks.rasters()["release_depth"][0]
     assert np.nansum(release) == pytest.approx(8 * 0.6, rel=1e-6) and np.nansum(release > 0.0) == 8  # 4 x 2 cells
     deposit = peaks.rasters()["deposit_depth"][0]
@@ -115,6 +119,7 @@ def test_thickness_is_normal_to_the_ground():
     peaks.values = {name: np.zeros((3, 2)) for name in KEPT}
     peaks.values["peak_depth"][:2] = 2.0 / np.cos(angle)
     peaks.values["deposit_depth"][0] = 1.0
+    peaks.values["peak_momentum"][0] = 6.0  # of the vertical depth
 
     def normal(plan):
         """50 degrees west of x = 6 m, flat east of it: the second column of cells is half and half; a hole beyond."""
@@ -128,4 +133,5 @@ def test_thickness_is_normal_to_the_ground():
     assert thickness[1] == pytest.approx(2.0 / np.cos(angle) * 0.5 * (1.0 + np.cos(angle)))
     assert np.isnan(thickness[2]).all()  # no snow
     assert found["deposit_thickness"][0].T[0] == pytest.approx(np.cos(angle))
+    assert found["peak_momentum"][0].T[0] == pytest.approx(6.0 * np.cos(angle))
     assert not {"peak_thickness", "deposit_thickness"} & peaks.rasters().keys()

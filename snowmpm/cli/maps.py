@@ -48,7 +48,7 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
          over_time: OverTime = None, quiet: Quiet = False, definitions: Definitions = False):
     """Draw the maps of an avalanche, and print its run-out.
 
-    Peak depth, speed and pressure, arrival time, deposit and release: each as a GeoTIFF in the projection of the
+    Peak depth, speed, pressure and momentum, arrival time, duration, deposit and release: each as a GeoTIFF in the projection of the
     elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by pressure class, release,
     thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers and areas by class as
     CSV and JSON; a QGIS project that opens everything; plots along the thalweg, of the peaks and over

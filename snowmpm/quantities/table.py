@@ -132,8 +132,12 @@ RASTERS = (
              "surface of the flow is parallel to the ground.", MAPS),
     Quantity("deposit_thickness", "thickness at the end", "m", "deposit_depth times the mean cosine of the ground's "
              "slope over the map cell.", MAPS),
+    Quantity("peak_momentum", "peak momentum hv", "m2/s", "Largest thickness normal to the ground times mean speed over "
+             "a map cell, while the flow was at least flow_depth deep: what flows past a metre of width.", MAPS),
     Quantity("arrival_time", "arrival time", "s", "When the flow first was at least flow_depth deep; 0 in the release.",
              MAPS),
+    Quantity("flow_duration", "duration of the flow", "s", "From the arrival time until the flow, at least flow_depth "
+             f"deep, was last faster than {MOVING_SPEED:g} m/s.", MAPS),
 )
 
 OVER_TIME = (

@@ -16,6 +16,7 @@ particles:
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.quantities.motion import MOVING_SPEED
 from snowmpm.quantities.table import RASTERS, units_of
 
 UNITS = units_of(RASTERS)
@@ -65,9 +66,11 @@ class PeakMaps:
     speed [m/s]: mean over the mass in the cell, which is the depth average of the flow;
     pressure [Pa]: rho v^2, with rho the initial density and v^2 the mean over the same mass: the stagnation pressure
     without the factor of an obstacle's shape.
+    momentum [m2/s]: depth times speed; made normal to the ground in `rasters`;
     arrival_time [s]: when the flow first was at least `flow_depth` [m] deep; the error is at
-    most the time in which the fastest particle crosses one map cell.
-    Speed and pressure count while the flow is at least `flow_depth` deep (`FLOW_SHARE`). NaN where no snow arrived.
+    most the time in which the fastest particle crosses one map cell;
+    flow_duration [s]: from then until such a flow was last faster than `MOVING_SPEED`.
+    Speed, momentum and pressure count while the flow is at least `flow_depth` deep (`FLOW_SHARE`). NaN where no snow arrived.
     Snow that is not released yet, or that was laid down, is no part of the flow: it counts in the depths at the start
     and now only.
     """
@@ -107,8 +110,11 @@ class PeakMaps:
         np.maximum(peaks["peak_depth"], depth, out=peaks["peak_depth"])
         np.maximum(peaks["peak_speed"], speed, out=peaks["peak_speed"], where=flows)
         np.maximum(peaks["peak_pressure"], pressure, out=peaks["peak_pressure"], where=flows)
+        np.maximum(peaks["peak_momentum"], depth * speed, out=peaks["peak_momentum"], where=flows)
         arrived = flows & (depth > 0.0)
         np.minimum(peaks["arrival_time"], solver.time, out=peaks["arrival_time"], where=arrived)
+        moving = arrived & (speed > MOVING_SPEED)
+        np.subtract(solver.time, peaks["arrival_time"], out=peaks["flow_duration"], where=moving)
         if deposit:
             self._lay(solver, "deposit_depth", window, depth)
 
@@ -128,6 +134,7 @@ class PeakMaps:
         if normal is not None:
             steepness = self._cosine(touched, normal)
             values |= {name: steepness * self.values[depth] for name, depth in THICK.items()}
+            values["peak_momentum"] = steepness * values["peak_momentum"]
         return {name: (np.where(touched & np.isfinite(one), one, np.nan).T, x0, y0, self.cell)
                 for name, one in values.items()}
 
