@@ -15,9 +15,9 @@ if TYPE_CHECKING:  # they take time to import, and a command needs few of them
     from snowmpm.render.element_plot import ElementCurves, render_element
     from snowmpm.render.history_plot import render_history
     from snowmpm.render.line_plot import render_line
-    from snowmpm.render.map_film import render_before_after, render_map_film
+    from snowmpm.render.map_film import render_map_film
     from snowmpm.render.pair import render_pair
-    from snowmpm.render.peak_map import render_map
+    from snowmpm.render.peak_map import render_before_after, render_map
     from snowmpm.render.report import render_report
     from snowmpm.render.run_film import render_run
     from snowmpm.render.saw_test_compare import ComparedSawTest, render_saw_tests
@@ -38,7 +38,7 @@ _HOMES = {
     "render_element": "element_plot",
     "render_history": "history_plot",
     "render_line": "line_plot",
-    "render_before_after": "map_film",
+    "render_before_after": "peak_map",
     "render_map_film": "map_film",
     "render_pair": "pair",
     "render_map": "peak_map",

@@ -1,5 +1,4 @@
-"""The map of an avalanche while it flows: depth or speed in plan over time, as an MP4 or GIF; and a sheet with the snow
-before and after."""
+"""The map of an avalanche while it flows: depth or speed in plan over time, as an MP4 or GIF."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,21 +13,17 @@ from snowmpm.io import Run
 from snowmpm.io.flow_maps import NAMES, FlowMaps, moments
 from snowmpm.io.reader import Map
 from snowmpm.quantities.table import quantity
-from snowmpm.render.figure import check_ending, save
 from snowmpm.render.film import FILMS, open_film, output_kind
 from snowmpm.render.peak_map import (
     OPACITY,
     draw_built,
     draw_frame,
-    draw_margin,
     draw_raster,
     draw_terrain,
     figure_size,
     map_box,
     shown_values,
 )
-
-BEFORE_AFTER = ("release_depth", "deposit_depth")
 
 
 def render_map_film(run_path: PathLike | Run, name: str, output: PathLike, *, fps: float = 5.0, dpi: float = 90,
@@ -76,28 +71,6 @@ def render_map_film(run_path: PathLike | Run, name: str, output: PathLike, *, fp
             if progress:
                 progress(done, len(times))
     return Path(output)
-
-
-def render_before_after(run_path: PathLike | Run, output: PathLike, *, dpi: float = 150) -> Path:
-    """Draw the depth of the snow at the start and at the end side by side, in the same classes, to a PNG, PDF or SVG;
-    -> the path. Raises InputError for a run without these maps, or another ending."""
-    run = run_path if isinstance(run_path, Run) else Run(run_path)
-    check_ending(output)
-    missing = [name for name in BEFORE_AFTER if name not in run.maps or not (run.maps[name].values > 0.0).any()]
-    if missing:
-        raise InputError(f"{run.path}: no {missing[0]} to draw")
-    lower, upper = map_box(run)
-    width, height = figure_size(lower, upper)
-    figure = Figure(figsize=(2.0 * width, height), dpi=dpi, layout="constrained")
-    largest = max(float(np.nanmax(run.maps[name].values)) for name in BEFORE_AFTER)
-    for axes, name in zip(figure.subplots(1, 2, subplot_kw={"aspect": "equal"}), BEFORE_AFTER, strict=True):
-        _draw_ground(axes, run, lower, upper)
-        raster = run.maps[name]
-        draw_raster(figure, axes, run, raster, name, np.zeros(raster.values.shape, bool), largest)
-        draw_built(axes, run)
-        draw_frame(axes, run, f"{run.name}: {quantity(name).label}", lower, upper)
-    draw_margin(figure, axes, run)
-    return save(figure, output, dpi)
 
 
 def _draw_ground(axes, run, lower, upper):

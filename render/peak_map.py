@@ -35,6 +35,7 @@ from snowmpm.render.relief import heights_within, map_shade
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 RELEASE, LINE, OBSERVED, BUILT = "#101418", "#e0201b", "#19c5ff", "#8a8a8a"
 OPACITY = (0.3, 0.9)  # of pale cells, and of others
+BEFORE_AFTER = ("release_depth", "deposit_depth")
 GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
 """Of a raster that has no classes."""
 
@@ -53,6 +54,12 @@ def render_map(run_path: PathLike | Run, name: str, output: PathLike, *, observe
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     return MapSheet(run, observed, dpi).render(name, output)
+
+
+def render_before_after(run_path: PathLike | Run, output: PathLike, *, dpi: float = 150) -> Path:
+    """Draw the depth of the snow at the start and at the end side by side, in the same classes, to a PNG; -> the path.
+    Raises InputError for a run without these maps, or another ending."""
+    return MapSheet(run_path if isinstance(run_path, Run) else Run(run_path), dpi=dpi).before_after(output)
 
 
 def map_figure(run, name, *, observed=None, dpi=150):
@@ -77,12 +84,24 @@ class MapSheet:
             return save(figure, output, self._dpi)
         return save_picture(self._picture(figure), output, self._dpi)
 
+    def before_after(self, output):
+        """Write the depths at the start and at the end side by side, in the same classes; -> its path."""
+        if Path(output).suffix.lower() != ".png":
+            raise InputError.at("output", str(output), "must end in .png")
+        largest = max(float(np.nanmax(_known(self._run, name).values)) for name in BEFORE_AFTER)
+        both = [self._picture(self.figure(name, largest)) for name in BEFORE_AFTER]
+        sheet = Image.new("RGB", (sum(one.width for one in both), max(one.height for one in both)), "white")
+        sheet.paste(both[0], (0, 0))
+        sheet.paste(both[1], (both[0].width, 0))
+        return save_picture(sheet, output, self._dpi)
+
     def _picture(self, figure):
         """The map as a picture: its raster between the ground and all else, which are the same on all maps."""
-        take_literally(figure)
         axes = figure.axes[0]
         own = [self._image, self._bar, axes.title]
+        axes.title.set_parse_math(False)
         if self._around is None:
+            take_literally(figure)
             self._canvas = FigureCanvasAgg(figure)
             self._canvas.draw()
             figure.set_layout_engine("none")
@@ -108,8 +127,8 @@ class MapSheet:
             part.set_visible(was)
         return Image.fromarray(np.array(self._canvas.buffer_rgba()))
 
-    def figure(self, name):
-        """The figure with the map `name`."""
+    def figure(self, name, largest=None):
+        """The figure with the map `name`; largest: as of `draw_raster`."""
         raster = _known(self._run, name)
         box = np.array(map_box(self._run, name, self._observed))
         if self._box is None or not np.array_equal(box, self._box):
@@ -119,7 +138,7 @@ class MapSheet:
             self._bar.clear()
         axes = self._figure.axes[0]
         self._image, self._bar = draw_raster(self._figure, axes, self._run, raster, name, _thin(self._run, raster),
-                                             place=self._bar)
+                                             largest, self._bar)
         title = f"{self._run.title}: {quantity(name).label}".replace("_", " ")
         axes.set_title(title, y=1.0)  # not where the other parts leave room: they are not drawn with it
         return self._figure

@@ -35,6 +35,9 @@ def test_a_block_that_slides_over_the_map():
     duration = peaks.rasters()["flow_duration"][0]
     assert duration[5, 5] == pytest.approx(0.0875, abs=0.005)  # its last column, at x = 1.025 m, goes over 1.2 m
     assert duration[5, 9] == pytest.approx(0.395 - 0.0125, abs=0.006)  # until now: 0.395 s
+    passed = peaks.rasters()["passed_east"][0]
+    assert passed[5, 8] == pytest.approx(0.6 * 0.7, rel=0.03)  # 0.7 m of the block, 0.6 m deep, lay before x = 1.7 m
+    assert np.nanmax(np.abs(peaks.rasters()["passed_north"][0])) < 1e-9
     release = peaks.rasters()["release_depth"][0]
     assert np.nansum(release) == pytest.approx(8 * 0.6, rel=1e-6) and np.nansum(release > 0.0) == 8  # 4 x 2 cells
     deposit = peaks.rasters()["deposit_depth"][0]

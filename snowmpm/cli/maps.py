@@ -16,16 +16,18 @@ from snowmpm.stages import counted
 def _definitions(wanted: bool):
     if wanted:
         from snowmpm.quantities.saw import SAW_TEST
-        from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, OVER_TIME, RASTERS
+        from snowmpm.quantities.table import GAUGES, HISTORY, IMPACT, NUMBERS, OVER_TIME, RASTERS
 
-        print_definitions({"maps": RASTERS, "maps over time": OVER_TIME, "numbers": NUMBERS, "impact": IMPACT,
-                           "history": HISTORY, "saw test": SAW_TEST})
+        print_definitions({"maps": RASTERS, "maps over time": OVER_TIME, "numbers": NUMBERS, "gauges": GAUGES,
+                           "impact": IMPACT, "history": HISTORY, "saw test": SAW_TEST})
         raise typer.Exit
 
 
 KINDS = ("mp4", "gif")
+ROUGH = 0.1
+"""Difference of the volume of the frames from that of the steps, above which the discharge is warned of."""
 FIXED = ("avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv", "avalanche.json",
-         "before_after.png", "thalweg.png", "thalweg_time.png")
+         "before_after.png", "thalweg.png", "thalweg_time.png", "gauges.csv", "gauge_profiles.csv", "gauges.png")
 """Files beside those named after a map."""
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]
 Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
@@ -39,21 +41,26 @@ OverTime = Annotated[
     typer.Option("--over-time", metavar="KIND", help="Also flow depth and speed over time: films of the map, mp4 or"
                                                      " gif, and layers for the time slider of QGIS."),
 ]
+GaugesFile = Annotated[
+    Path | None,
+    typer.Option("--gauges", metavar="FILE", help="Lines and points (.shp, .geojson or .gpkg): depth, speed, pressure"
+                                                  " over time on each, discharge and volume across lines."),
+]
 Definitions = Annotated[
     bool, typer.Option("--definitions", callback=_definitions, is_eager=True, help="Say what each number means.")
 ]
 
 
 def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observed: ObservedFile = None,
-         over_time: OverTime = None, quiet: Quiet = False, definitions: Definitions = False):
+         gauges: GaugesFile = None, over_time: OverTime = None, quiet: Quiet = False, definitions: Definitions = False):
     """Draw the maps of an avalanche, and print its run-out.
 
-    Peak depth, speed, pressure and momentum, arrival time, duration, deposit and release: each as a GeoTIFF in the projection of the
-    elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by pressure class, release,
-    thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers and areas by class as
-    CSV and JSON; a QGIS project that opens everything; plots along the thalweg, of the peaks and over
-    time; the depth before and after on one sheet. Each file says whether the run is final: complete, at rest, without
-    loss of mass.
+    Peak depth, speed, pressure and momentum, arrival time, duration, deposit and release: each as a GeoTIFF in the
+    projection of the elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by
+    pressure class, release, thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers
+    and areas by class as CSV and JSON; a QGIS project that opens everything; plots along the thalweg, of the peaks and
+    over time; the depth before and after on one sheet. Each file says whether the run is final: complete, at rest,
+    without loss of mass.
     """
     from snowmpm.cli.info import print_avalanche
     from snowmpm.io import Run
@@ -67,9 +74,12 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
     folder = output or opened.path.with_name("maps")
     overwriting.guard_in(folder, _names(opened, over_time))
     seen, scores = _observed(opened, observed, pictures)
+    asked = _gauges(opened, gauges, pictures)
     moments = list(_moments(opened, folder)) if over_time and not pictures else []
-    written = [] if pictures else list(_files(opened, folder, seen, scores, moments))
+    written = [] if pictures else list(_files(opened, folder, (seen, scores), asked, moments))
     written += _pictures(opened, folder, seen)
+    if asked:
+        written += _of_gauges(asked, opened, folder)
     if over_time:
         written += _films(opened, folder, over_time)
     for path in () if quiet else written:
@@ -81,6 +91,8 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
         print_avalanche(opened)
         for one in scores or ():
             print_facts(f"\n{one['outline']} against {seen.name}", _told(one))
+        for one in asked:
+            print_facts(f"\n{one.place.name}", _measured(one))
 
 
 def _names(run, over_time):
@@ -104,7 +116,7 @@ def _observed(run, path, pictures):
         return None, None
     if pictures:
         raise InputError("--observed: not with --pictures: the outline is read by the gis extra")
-    from snowmpm.gis import read_observed, score
+    from snowmpm.gis.observed import read_observed, score
 
     overwriting.reads(path)
     with warnings.catch_warnings(record=True) as said:
@@ -115,8 +127,53 @@ def _observed(run, path, pictures):
     return seen, score(run, seen)
 
 
-def _files(run, folder, seen, scores, moments):
-    """Write the files for a GIS; -> their paths. moments: rasters over time that the project shows."""
+def _gauges(run, path, pictures):
+    """`snowmpm.io.gauges.Gauge`s of the lines and points of a file, [] without one."""
+    if path is None:
+        return []
+    if pictures:
+        raise InputError("--gauges: not with --pictures: the lines are read by the gis extra")
+    from snowmpm.gis.gauges import read_places
+    from snowmpm.io.gauges import gauges
+
+    overwriting.reads(path)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", UserWarning)
+        places = read_places(path, run)
+    for warning in said:
+        print(f"warning: {warning.message}")
+    found = gauges(run, places)
+    coarse = [one.place.name for one in found if abs(one.numbers.get("gauge_scaled", 1.0) - 1.0) > ROUGH]
+    if coarse:
+        print(f"warning: --gauges: across {', '.join(coarse)} the frames add up to another volume than the steps, by"
+              " which their discharge is scaled (gauge_scaled): they are too far apart (output.interval), or the ground"
+              " is steep. The volume holds.")
+    return found
+
+
+def _of_gauges(asked, run, folder):
+    """Write what flowed past gauges; -> the paths."""
+    from snowmpm.gis.gauges import write_profiles, write_series
+    from snowmpm.render.gauge_plot import render_gauges
+
+    yield write_series(folder / "gauges.csv", asked)
+    if any(one.place.is_line for one in asked):
+        yield write_profiles(folder / "gauge_profiles.csv", asked)
+    yield render_gauges(run, asked, folder / "gauges.png")
+
+
+def _measured(gauge):
+    """Numbers of a gauge as text."""
+    from snowmpm.quantities.table import quantity
+
+    if gauge.numbers["gauge_arrival"] is None:
+        return {"arrival": "the flow did not come here"}
+    return {quantity(name).label: quantity(name).text(value) for name, value in gauge.numbers.items()}
+
+
+def _files(run, folder, observed, asked, moments):
+    """Write the files for a GIS; -> their paths. observed: outline and scores; asked: gauges; moments: rasters over
+    time that the project shows."""
     from snowmpm import gis
     from snowmpm.io.geotiff import require_rasterio, write_geotiff
     from snowmpm.io.parameters import parameters
@@ -125,7 +182,7 @@ def _files(run, folder, seen, scores, moments):
     from snowmpm.quantities.table import quantity
 
     require_rasterio()
-    crs, status = run.provenance.get("crs"), status_of(run)
+    (seen, scores), crs, status = observed, run.provenance.get("crs"), status_of(run)
     tags = {"run": run.name, "statement": statement(run), "status": status.text, "final": status.final,
             **parameters(run)}
     for name, raster in counted(run.maps.items(), "writing GeoTIFFs", "maps"):
@@ -137,26 +194,31 @@ def _files(run, folder, seen, scores, moments):
         return
     gis.require_pyogrio()
     layers = gis.layers_of(run, seen)
+    if asked:
+        from snowmpm.gis.gauges import layers_of_gauges
+
+        layers += layers_of_gauges(run, asked)
     yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs)
     if crs:
         yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
     yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments)
-    yield gis.write_numbers(folder / "avalanche.csv", run, scores)
+    yield gis.write_numbers(folder / "avalanche.csv", run, scores, asked)
     yield gis.write_areas(folder / "areas.csv", run)
-    yield gis.write_record(folder / "avalanche.json", run, scores)
+    yield gis.write_record(folder / "avalanche.json", run, scores, asked)
 
 
 def _pictures(run, folder, seen):
     """Draw the pictures; -> their paths."""
-    from snowmpm.render import render_before_after, render_thalweg, render_thalweg_time
+    from snowmpm.render import render_thalweg, render_thalweg_time
     from snowmpm.render.peak_map import MapSheet
 
     sheet = MapSheet(run, seen.rings if seen else None)
-    for name, raster in counted(run.maps.items(), "drawing maps", "maps"):
-        if (raster.values > 0.0).any():
+    drawn = {name for name, raster in run.maps.items() if (raster.values > 0.0).any()}
+    for name in counted(run.maps, "drawing maps", "maps"):
+        if name in drawn:
             yield sheet.render(name, folder / f"{name}.png")
-    if all(name in run.maps and (run.maps[name].values > 0.0).any() for name in ("release_depth", "deposit_depth")):
-        yield render_before_after(run, folder / "before_after.png")
+    if {"release_depth", "deposit_depth"} <= drawn:
+        yield sheet.before_after(folder / "before_after.png")
     if run.hazard.get("profile"):
         yield render_thalweg(run, folder / "thalweg.png")
         if "velocity" in run.field_names:

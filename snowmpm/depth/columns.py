@@ -204,6 +204,10 @@ class Columns(Particles):
         return self._table()[:, OFFSETS["volume"]].astype(float) * self.density[
             self.material.to_numpy()[: self.count]]
 
+    def momentum(self):
+        """Of all columns (3,) [kg m/s]."""
+        return self.masses() @ self.column("velocity") if self.count else np.zeros(3)
+
     # ---- reading ----------------------------------------------------------------------------------------------
 
     @property

@@ -82,9 +82,6 @@ class PlanSolver(Method, PushesObstacles, Forecasts):
                         self.options.centrifugal, load and (load, material))
         return run_blocks(blocks, step, end_time, interval).later(last_start, end_time)
 
-    def _momentum(self):
-        return self.particles.masses() @ self.particles.column("velocity") if self.particles.count else np.zeros(3)
-
     @property
     def obstacle_totals(self):
         """`PushesObstacles.obstacle_totals` (`depth.loads`)."""

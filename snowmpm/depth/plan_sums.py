@@ -29,8 +29,8 @@ def shares(f, wide):
 
 @functools.cache
 def sums_kernel():
-    """Kernel that adds volume, mass, mass times speed and mass times speed squared of columns to map cells. frame (5,):
-    map cells in a cell of the plan grid, where the map's window begins [map cells] (2,), first column and one past the
+    """Kernel that adds the columns to map cells, as of `particles.contract.Particles.sums_in_plan`. frame (5,): map
+    cells in a cell of the plan grid, where the map's window begins [map cells] (2,), first column and one past the
     last. One thread, so that sums do not depend on the number of threads."""
 
     @taichi_kernel
@@ -57,6 +57,8 @@ def sums_kernel():
                         sums[row, column, 1] += mass
                         sums[row, column, 2] += mass * speed
                         sums[row, column, 3] += mass * speed2
+                        for axis in ti.static(range(2)):
+                            sums[row, column, 4 + axis] += volume * reals[p][2 + axis]
 
     return add_up
 
@@ -82,12 +84,12 @@ def plan_sums(store, lower, cell, shape, rows):
     grid, ratio = store.grid, store.grid.dx / cell
     corner = (np.asarray(lower) - grid.lower) / cell
     if rows[0] == rows[1]:
-        return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 4))
+        return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 6))
     box = np.zeros((2, 2), np.int32)
     box_kernel()(store.cells, box, *rows)
     low = np.floor(box[0] * ratio - corner - 1.0).astype(int).clip(0, shape)
     high = np.ceil((box[1] + 1) * ratio - corner + 1.0).astype(int).clip(low, shape)
-    sums = np.zeros((*(high - low), 4))
+    sums = np.zeros((*(high - low), 6))
     with runtime.precision(store.precision):
         sums_kernel()(store.cells, store.reals, store.material, store.densities, sums,
                       np.array([ratio, *(corner + low), *rows]))

@@ -230,9 +230,9 @@ class DepthSolver(PlanSolver, Around):
 
     def receive(self, population, numbers):
         """Take in a `Population` with numbers (n,) that no column has yet."""
-        store, before = self.particles, self._momentum()
+        store, before = self.particles, self.particles.momentum()
         store.add(population, numbers)
-        self._start = self._start + self._momentum() - before
+        self._start = self._start + self.particles.momentum() - before
         self.extremes = Extremes(speed=max(self.extremes.speed, float(
             np.linalg.norm(population.velocities, axis=1).max(initial=0.0))))
         self._wave = self._wave or self._first_wave()
@@ -253,7 +253,7 @@ class DepthSolver(PlanSolver, Around):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.contact_work = 0.0, 0, 0.0
         self._plan_impulse, self.weight_impulse = np.zeros(2), np.zeros(3)
-        self._start = self._momentum() + self.particles.removed["momentum"]
+        self._start = self.particles.momentum() + self.particles.removed["momentum"]
         for one in self.adapters:
             one.restart()
 
@@ -263,7 +263,7 @@ class DepthSolver(PlanSolver, Around):
     def totals(self):
         """`Totals` as they are now. The ground gives vertically what keeps the snow on it."""
         gone = self.particles.removed["momentum"]
-        vertical = self._momentum()[2] + gone[2] - self._start[2] - self.weight_impulse[2]
+        vertical = self.particles.momentum()[2] + gone[2] - self._start[2] - self.weight_impulse[2]
         return Totals(np.append(self._plan_impulse, vertical), self.weight_impulse.copy(), np.zeros(3), 0.0,
                       self.contact_work)
 

@@ -1,13 +1,12 @@
 """Output for geographic information systems: outlines, lines and points of a run, styles, a project; scores against
-an observed outline. Reads run files; needs the `gis` extra."""
+an observed outline (`snowmpm.gis.observed`). Reads run files; needs the `gis` extra."""
 
 from snowmpm.gis.layers import layers_of
-from snowmpm.gis.observed import Observed, read_observed, score
 from snowmpm.gis.qgis_project import write_project
 from snowmpm.gis.qgis_style import write_style
 from snowmpm.gis.tables import write_areas, write_numbers, write_record
 from snowmpm.gis.temporal import Moment
 from snowmpm.gis.vectors import require_pyogrio, write_geojson, write_geopackage
 
-__all__ = ["Moment", "Observed", "layers_of", "read_observed", "require_pyogrio", "score", "write_areas",
-           "write_geojson", "write_geopackage", "write_numbers", "write_project", "write_record", "write_style"]
+__all__ = ["Moment", "layers_of", "require_pyogrio", "write_areas", "write_geojson", "write_geopackage",
+           "write_numbers", "write_project", "write_record", "write_style"]

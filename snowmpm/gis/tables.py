@@ -15,9 +15,9 @@ SCORES = {"area": "m2", "index": "1", "rate": "1", "ratio": "1", "reach": "m", "
 """Units of scores against an observation, by the end of their names."""
 
 
-def write_numbers(path, run, scores=None):
+def write_numbers(path, run, scores=None, gauges=()):
     """Write the numbers of hazard mapping of a `Run` as CSV, each with resolution, unit and definition, and its scores
-    against an observed outline (`snowmpm.gis.score`); -> its path."""
+    against an observed outline (`snowmpm.gis.observed.score`), and those of `snowmpm.io.gauges.Gauge`s; -> its path."""
     status, known = status_of(run), resolution_of(run)
     rows = [["status", "whether the run is final", status.text, "", "",
              "Complete, at rest, nothing lost over the edge."],
@@ -32,6 +32,8 @@ def write_numbers(path, run, scores=None):
                   SCORES[name.rpartition("_")[2]], ""] for name, value in score.items() if name != "outline"]
     rows += [[f"impact.{obstacle}.{name}", f"{quantity(name).label}, on {obstacle}", one["value"], "", one["unit"],
               one["definition"]] for obstacle, load in _impacts(run).items() for name, one in load.items()]
+    rows += [[f"gauge.{name}.{key}", f"{quantity(key).label}, {name}", one["value"], "", one["unit"],
+              one["definition"]] for name, numbers in _measured(gauges).items() for key, one in numbers.items()]
     return write_table(path, ["name", "label", "value", "resolution", "unit", "definition"], rows)
 
 
@@ -50,7 +52,17 @@ def _impacts(run):
             for obstacle, one in impacts(run).items()}
 
 
-def write_record(path, run, scores=None):
+def _measured(gauges):
+    """Numbers of gauges: {gauge: {name: {value, unit, definition}}}; None of what did not happen."""
+    found = {}
+    for gauge in gauges:
+        found[gauge.place.name] = {
+            name: {"value": None if value is None else rounded(value), "unit": quantity(name).unit,
+                   "definition": quantity(name).definition} for name, value in gauge.numbers.items()}
+    return found
+
+
+def write_record(path, run, scores=None, gauges=()):
     """Write everything as JSON: status, numbers with units, areas by class, parameters, scores; -> its path."""
     known = resolution_of(run)
     numbers = {name: {"value": rounded(value, known.get(name)), "resolution": known.get(name),
@@ -60,5 +72,6 @@ def write_record(path, run, scores=None):
               "projection": projection_name(run.provenance.get("crs")),
               "parameters": parameters(run), "numbers": numbers, "impacts": _impacts(run),
               "areas_by_class": run.hazard.get("classes", {}),
-              **({"observed": scores} if scores is not None else {})}
+              **({"observed": scores} if scores is not None else {}),
+              **({"gauges": _measured(gauges)} if gauges else {})}
     return write_text(path, json.dumps(record, indent=1) + "\n")

@@ -41,6 +41,8 @@ class JoinedParticles(Particles):
         self._parts = first, second
         self.numbering = numbering
         self.passed = {name: 0 * value for name, value in self._sum().items()}
+        self.moved = 0
+        """`moves` of the last step"""
 
     def _sum(self):
         first, second = (part.removed for part in self._parts)
@@ -59,6 +61,11 @@ class JoinedParticles(Particles):
     def constants(self):
         """Of both."""
         return {**self._parts[0].constants, **self._parts[1].constants}
+
+    @derived
+    def moves(self):
+        """Columns, and particles as often as they moved in the step of the columns."""
+        return self.moved
 
     @derived
     def count(self):
@@ -142,10 +149,10 @@ class JoinedParticles(Particles):
         parts = [part.sums_in_plan(lower, cell, shape) for part in self._parts]
         parts = [(window, sums) for window, sums in parts if sums.size]
         if not parts:
-            return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 4))
+            return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 6))
         whole = tuple(slice(min(window[a].start for window, _ in parts), max(window[a].stop for window, _ in parts))
                       for a in (0, 1))
-        added = np.zeros((*(part.stop - part.start for part in whole), 4))
+        added = np.zeros((*(part.stop - part.start for part in whole), 6))
         for window, sums in parts:
             added[tuple(slice(own.start - all_.start, own.stop - all_.start)
                         for own, all_ in zip(window, whole, strict=True))] += sums

@@ -55,7 +55,7 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
         self.particles = JoinedParticles(outer.particles, inner.particles,
                                          Numbering(model.body_of, model.population.positions))
         self._tell_numbers()
-        self.steps, self._moved, self.handover_energy = 0, 0, 0.0
+        self.steps, self.handover_energy = 0, 0.0
         self._lifted = 0.0  # vertical momentum that snow gained in changing its method [N s]
         place = {id(obstacle): i for i, obstacle in enumerate(model.obstacles)}
         self._obstacles = [place[id(obstacle)] for obstacle in within.obstacles]
@@ -72,7 +72,7 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
         self._enter()
         self._press(dt)
         self.outer.step(dt)
-        self._moved = self.outer.particles.count
+        self.particles.moved = self.outer.particles.count
         self._step_inner(dt)
         self.steps += 1
 
@@ -87,7 +87,7 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
                 raise SimulationError(f"the time step of the zone fell to {longest:.3g} s at t = {self.time:.6g} s:\n"
                                       "the snow moves faster, or is stiffer, than anything real; lower zone.solver.cfl")
             self.inner.step(left / n)
-            self._moved += self.inner.particles.count
+            self.particles.moved += self.inner.particles.count
             left -= left / n
         self.inner.time = self.outer.time
 
@@ -263,7 +263,7 @@ class Nested(Method, Removes, PushesObstacles, Affine, Forecasts):
         both = {name: vars(first)[name] + vars(second)[name] for name in (
             "impulse", "weight_impulse", "momentum_gain", "plastic_work", "contact_work", "yielding")}
         both["impulse"][-1] += self._lifted
-        return Totals(**both, handover_energy=self.handover_energy, moves=self._moved)
+        return Totals(**both, handover_energy=self.handover_energy)
 
     @property
     def obstacle_totals(self):

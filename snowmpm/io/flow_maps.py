@@ -51,11 +51,18 @@ class FlowMaps:
 
     def __init__(self, run):
         self._run, self._raster = run, run.maps["peak_depth"]
-        self._limit = run.hazard.get("numbers", {}).get("flow_depth") or 0.0
+        self.limit = run.hazard.get("numbers", {}).get("flow_depth") or 0.0
 
     def at(self, i):
         """Values of frame `i`: depth [m], NaN where no snow is, and speed [m/s], NaN where it is thinner than the flow
         depth of the run."""
+        depth, speed, *_ = self.flow(i)
+        there = depth > 0.0
+        found = np.where(there, depth, np.nan), np.where(there & (depth >= self.limit), speed, np.nan)
+        return dict(zip(NAMES, found, strict=True))
+
+    def flow(self, i):
+        """Depth [m], speed, and velocity to the east and to the north [m/s] in frame `i`; 0 where no snow is."""
         raster, frame = self._raster, self._run.frame(i)
         rows, columns = raster.values.shape
         plan = np.asarray(frame.points, float)[:, :2]
@@ -63,22 +70,22 @@ class FlowMaps:
         row = np.floor((plan[:, 1] - raster.y0) / raster.cell + 0.5)
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
         cell = (row * columns + column)[inside].astype(np.int64)
-        speed = np.linalg.norm(np.asarray(frame.fields["velocity"], float)[inside], axis=1)
+        velocity = np.asarray(frame.fields["velocity"], float)[inside]
+        speed = np.linalg.norm(velocity, axis=1)
         own = np.asarray(frame.fields.get("depth", 0.0), float).ravel()
 
         def total(weights=None):
             return np.bincount(cell, weights, minlength=rows * columns)
 
-        with np.errstate(invalid="ignore", divide="ignore"):
-            if own.any():
-                own = (own / self._upright(plan))[inside]
-                depth, pace = total(own) / total(), total(own * speed) / total(own)
-            else:
-                volume = first_volumes(self._run, frame)[inside]
-                depth, pace = total(volume) / raster.cell**2, total(volume * speed) / total(volume)
-        there = total() > 0
-        found = np.where(there, depth, np.nan), np.where(there & (depth >= self._limit), pace, np.nan)
-        return {name: values.reshape(rows, columns) for name, values in zip(NAMES, found, strict=True)}
+        if own.any():
+            weight = (own / self._upright(plan))[inside]
+            depth = total(weight) / np.maximum(total(), 1)
+        else:
+            weight = first_volumes(self._run, frame)[inside]
+            depth = total(weight) / raster.cell**2
+        held = np.maximum(total(weight), 1e-300)
+        means = (total(weight * one) / held for one in (speed, velocity[:, 0], velocity[:, 1]))
+        return tuple(one.reshape(rows, columns) for one in (depth, *means))
 
     def _upright(self, plan):
         """Cosine (n,) of the slope of the ground under places (n, 2): of the nearest facet."""

@@ -1,6 +1,10 @@
 """The projection of a run's map coordinates: its name and its EPSG code."""
 
 
+from functools import lru_cache
+
+
+@lru_cache(maxsize=8)
 def epsg_of(wkt):
     """EPSG code of a well-known text, or None."""
     system = _system(wkt)
@@ -12,7 +16,7 @@ def projection_name(wkt):
     system = _system(wkt)
     if system is None:
         return None
-    code = system.to_epsg()
+    code = epsg_of(wkt)
     return system.name.replace("_", " ") + (f" (EPSG:{code})" if code else "")
 
 

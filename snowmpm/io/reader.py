@@ -24,7 +24,7 @@ from snowmpm.io.saw_test import SawTest, read_saw_test
 from snowmpm.io.scenario import scenario_of
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
-from snowmpm.quantities.table import OLD_NUMBERS, RENAMED, renamed
+from snowmpm.quantities.table import OLD_NUMBERS, PASSED, RENAMED, renamed
 from snowmpm.reading import budget as read_budget
 from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
@@ -115,7 +115,8 @@ class Run(Glance):
 
     def refresh(self) -> None:
         """Reread the file for new frames and history rows."""
-        for name in ("terrain", "obstacles", "saw_test", "maps", "provenance", "scene", "hazard", "summary"):
+        for name in ("terrain", "obstacles", "saw_test", "maps", "_rasters", "provenance", "scene", "hazard",
+                     "summary"):
             self.__dict__.pop(name, None)
         self._checked = False
         """Whether the content was checked: once only, since a fast writer would always be ahead."""
@@ -278,6 +279,17 @@ class Run(Glance):
 
     @cached_property
     def maps(self) -> dict[str, Map]:
+        hidden = [one.name for one in PASSED]
+        return {name: raster for name, raster in self._rasters.items() if name not in hidden}
+
+    @property
+    def passed(self) -> tuple[Map, Map] | None:
+        """Volume that passed a metre of width, to the east and to the north (`snowmpm.quantities.table.PASSED`)."""
+        found = [self._rasters[one.name] for one in PASSED if one.name in self._rasters]
+        return (found[0], found[1]) if len(found) == len(PASSED) else None
+
+    @cached_property
+    def _rasters(self) -> dict[str, Map]:
         return self._read(lambda h5: {name: _read_map(data) for name, data in h5["maps"].items()})
 
     @cached_property

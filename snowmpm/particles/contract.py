@@ -46,6 +46,11 @@ class Particles(ABC):
     """where the snow of each number was at time zero (numbers, dim) [m], where numbers are given out; else None"""
 
     @property
+    def moves(self) -> int:
+        """How many the last step moved, each as often as it did."""
+        return self.count
+
+    @property
     @abstractmethod
     def sizes(self) -> dict[str, int]:
         """Numbers that a particle carries, {column: how many}."""
@@ -87,8 +92,8 @@ class Particles(ABC):
         """Sums over plan cells: -> (window, sums).
 
         lower (2,) [m]: corner of the first cell; cell: side [m]; shape: cells along x and y. window: slices of those
-        that may hold particles; sums (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass
-        times speed squared. Of snow that may flow: see `resting_in_plan`.
+        that may hold particles; sums (columns along x, rows along y, 6): initial volume, mass, mass times speed, mass
+        times speed squared, volume times velocity along x and along y. Of snow that may flow: see `resting_in_plan`.
         """
 
     def resting_in_plan(self, lower: Floats, cell: float, shape: tuple[int, int]) -> Floats | None:

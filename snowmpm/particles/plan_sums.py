@@ -28,7 +28,7 @@ class Plan(NamedTuple):
 def plan_sums_kernel(layout, real):
     """Kernel that adds up what lies over the cells of a `Plan`.
 
-    sums (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass times speed squared. One
+    sums (columns along x, rows along y, 6), as of `particles.contract.Particles.sums_in_plan`. One
     thread, so that the sums do not depend on the number of threads.
     """
     edge, at = EDGE[layout.dim], layout.offsets
@@ -52,9 +52,12 @@ def plan_sums_kernel(layout, real):
                         mass += volume * access.load(rows.reals, places, p, layout.mass_at, 1)[0]
                     sums[i, j, 0] += volume
                     sums[i, j, 1] += mass
-                    speed = access.load(rows.reals, places, p, at["velocity"], layout.dim).norm()
+                    velocity = access.load(rows.reals, places, p, at["velocity"], layout.dim)
+                    speed = velocity.norm()
                     sums[i, j, 2] += mass * speed
                     sums[i, j, 3] += mass * speed**2
+                    for axis in ti.static(range(2)):
+                        sums[i, j, 4 + axis] += volume * velocity[axis]
 
     return add_up
 
@@ -67,7 +70,7 @@ def plan_sums(store, lower, cell, shape):
     # A particle may stray from its block before the next sort, by less than a block
     low = np.floor((edge * (blocks.min(axis=0) - 1) - corner) / width).astype(int).clip(0, shape)
     high = np.ceil((edge * (blocks.max(axis=0) + 2) - corner) / width).astype(int).clip(0, shape)
-    sums = np.zeros((*(high - low), 4))
+    sums = np.zeros((*(high - low), 6))
     with runtime.precision(store.precision):
         plan_sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
             store.block_rows, store.material, store.materials.numbers, sums,

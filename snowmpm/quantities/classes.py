@@ -34,14 +34,14 @@ PRESSURE = Classes((1e3, 3e3, 1e4, 3e4, 1e5, 3e5), ("#fdf6c9", "#fbd34a", "#f08c
 DEPTH = Classes((0.5, 1.0, 2.0, 4.0, 8.0), ("#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#08030f"))
 SPEED = Classes((5.0, 10.0, 20.0, 30.0, 40.0), ("#f9f9d2", "#c8e58c", "#6fc06a", "#259069", "#0a5a63", "#06213b"),
                 unit="m/s")
-MOMENTUM = Classes((5.0, 10.0, 25.0, 50.0, 100.0), SPEED.colours, unit="m2/s")
+MOMENTUM = Classes((5.0, 10.0, 25.0, 50.0, 100.0), SPEED.colours, unit="m²/s")
 TIME = Classes((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0), ("#000004", "#280b53", "#65156e", "#9f2a63", "#d44842", "#f57d15",
                                                      "#fac228", "#fcffa4"), unit="s")
 
 DEPTHS = ("release_depth", "peak_depth", "deposit_depth", "peak_thickness", "deposit_thickness", "momentary_depth")
 OF_MAP = {**dict.fromkeys(DEPTHS, DEPTH), "peak_speed": SPEED,
-          "peak_pressure": PRESSURE, "peak_momentum": MOMENTUM, **dict.fromkeys(("arrival_time", "flow_duration"), TIME),
-          "momentary_speed": SPEED}
+          "momentary_speed": SPEED, "peak_pressure": PRESSURE, "peak_momentum": MOMENTUM, "arrival_time": TIME,
+          "flow_duration": TIME}
 """Classes of each raster of a run, by its name."""
 
 

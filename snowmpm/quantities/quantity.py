@@ -47,7 +47,8 @@ class Quantity:
         return f"{number} ± {half}{'' if shown == '°' else ' '}{shown}".rstrip()
 
 
-_SHOWN = {"1": "", "m2": "m²", "m3": "m³", "degrees": "°", "kg/m3": "kg/m³", "m/s2": "m/s²"}
+_SHOWN = {"1": "", "m2": "m²", "m3": "m³", "degrees": "°", "kg/m3": "kg/m³", "m/s2": "m/s²", "m2/s": "m²/s",
+          "m3/s": "m³/s"}
 """Units as they are printed."""
 
 

@@ -12,6 +12,7 @@ from snowmpm.quantities.saw import SAW_TEST
 
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
 MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
+GAUGED = "snowmpm.io.gauges"
 
 MOVING_SHARE = Quantity("moving_share", "still moving", "share", f"Share of the mass in the domain that is faster than "
                         f"{MOVING_SPEED:g} m/s. At rest: {100 * REST_SHARE:g} % or less, and momentum_share at "
@@ -132,13 +133,20 @@ RASTERS = (
              "surface of the flow is parallel to the ground.", MAPS),
     Quantity("deposit_thickness", "thickness at the end", "m", "deposit_depth times the mean cosine of the ground's "
              "slope over the map cell.", MAPS),
-    Quantity("peak_momentum", "peak momentum hv", "m2/s", "Largest thickness normal to the ground times mean speed over "
-             "a map cell, while the flow was at least flow_depth deep: what flows past a metre of width.", MAPS),
+    Quantity("peak_momentum", "peak momentum hv", "m2/s", "Largest thickness normal to the ground times mean speed "
+             "over a map cell, while the flow was at least flow_depth deep: what flows past a metre of width.", MAPS),
     Quantity("arrival_time", "arrival time", "s", "When the flow first was at least flow_depth deep; 0 in the release.",
              MAPS),
     Quantity("flow_duration", "duration of the flow", "s", "From the arrival time until the flow, at least flow_depth "
              f"deep, was last faster than {MOVING_SPEED:g} m/s.", MAPS),
 )
+
+PASSED = (
+    Quantity("passed_east", "volume that passed, to the east", "m2", "Time integral of the depth times the velocity to "
+             "the east: the volume that crossed a metre of a line to the north.", MAPS),
+    Quantity("passed_north", "volume that passed, to the north", "m2", "As passed_east, to the north.", MAPS),
+)
+"""Rasters that a run keeps for its gauges: they are no maps of their own."""
 
 OVER_TIME = (
     Quantity("momentary_depth", "flow depth", "m", "Vertical depth of the snow over a map cell at a time, at the "
@@ -221,6 +229,23 @@ IMPACT = (
              "in the ground included. In 2-D a length.", LOADS),
 )
 
+GAUGES = (
+    Quantity("gauge_arrival", "arrival at the gauge", "s", "Least arrival time on the line, or at the point.",
+             GAUGED),
+    Quantity("gauge_duration", "duration at the gauge", "s", "From the arrival there until the flow on it, at least "
+             f"flow_depth deep, was last faster than {MOVING_SPEED:g} m/s.", GAUGED),
+    Quantity("gauge_depth", "largest flow depth", "m", "Largest value of the map peak_depth on it.", GAUGED),
+    Quantity("gauge_speed", "largest flow speed", "m/s", "Largest value of the map peak_speed on it.", GAUGED),
+    Quantity("gauge_pressure", "largest pressure ρv²", "Pa", "Largest value of the map peak_pressure on it.", GAUGED),
+    Quantity("gauge_momentum", "largest momentum hv", "m2/s", "Largest value of the map peak_momentum on it.", GAUGED),
+    Quantity("gauge_discharge", "largest discharge", "m3/s", "Largest volume per time that crosses the line in a "
+             "frame; positive to the side to which more passed in all.", GAUGED),
+    Quantity("gauge_volume", "volume that passed", "m3", "Volume that crossed the line, at the density of the start, "
+             "less what came back: a sum over the steps of the run.", GAUGED),
+    Quantity("gauge_scaled", "volume over that of the frames", "1", "gauge_volume over what the frames alone add up "
+             "to: the factor of the discharge. Far from 1, they are too few for the passage.", GAUGED),
+)
+
 RENAMED = {"runout": "front_distance"}
 """Old names of columns of the history, and their new names."""
 
@@ -228,7 +253,7 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Old names of hazard numbers, and their new names."""
 
-QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *OVER_TIME, *NUMBERS, *IMPACT, *SAW_TEST)}
+QUANTITIES = {one.name: one for one in (*HISTORY, *RASTERS, *PASSED, *OVER_TIME, *NUMBERS, *IMPACT, *GAUGES, *SAW_TEST)}
 """All quantities by name."""
 
 

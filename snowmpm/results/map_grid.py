@@ -15,8 +15,8 @@ from snowmpm.errors import InputError
 SLACK = 1e-6
 """Tolerance, as a share of a cell, for coordinates of a file that lie off a grid line by round-off."""
 
-BYTES_PER_CELL = 275
-"""Ten maps, and their copies for the file and the checkpoint."""
+BYTES_PER_CELL = 330
+"""Twelve maps, and their copies for the file and the checkpoint."""
 
 NEAR = 0.01
 """Relative difference up to which a wish is taken as the nearest multiple: rasters of 5 m have cells of 4.99768 m."""

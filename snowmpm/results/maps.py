@@ -17,9 +17,9 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.quantities.motion import MOVING_SPEED
-from snowmpm.quantities.table import RASTERS, units_of
+from snowmpm.quantities.table import PASSED, RASTERS, units_of
 
-UNITS = units_of(RASTERS)
+UNITS = units_of((*RASTERS, *PASSED))
 """Unit of each raster."""
 
 THICK = {"peak_thickness": "peak_depth", "deposit_thickness": "deposit_depth"}
@@ -69,8 +69,10 @@ class PeakMaps:
     momentum [m2/s]: depth times speed; made normal to the ground in `rasters`;
     arrival_time [s]: when the flow first was at least `flow_depth` [m] deep; the error is at
     most the time in which the fastest particle crosses one map cell;
-    flow_duration [s]: from then until such a flow was last faster than `MOVING_SPEED`.
-    Speed, momentum and pressure count while the flow is at least `flow_depth` deep (`FLOW_SHARE`). NaN where no snow arrived.
+    flow_duration [s]: from then until such a flow was last faster than `MOVING_SPEED`;
+    passed [m2], east and north: depth times velocity times the time since the maps were last updated, added up.
+    Speed, momentum and pressure count while the flow is at least `flow_depth` deep (`FLOW_SHARE`). NaN where no snow
+    arrived.
     Snow that is not released yet, or that was laid down, is no part of the flow: it counts in the depths at the start
     and now only.
     """
@@ -79,38 +81,48 @@ class PeakMaps:
         """grid: cells of the maps (`snowmpm.results.map_grid.MapGrid`)."""
         self.lower, self.cell, self.shape = grid.lower, grid.cell, grid.shape
         self.values = {name: np.full(self.shape, np.inf if name == "arrival_time" else 0.0) for name in KEPT}
-        window, depth, _, _ = self._totals(solver)
+        window, depth, *_ = self._totals(solver)
         self._lay(solver, "release_depth", window, depth)
         self._lay(solver, "deposit_depth", window, depth)
-        self.restore(self.values)
+        self.seen = solver.time
+        self.restore(self.state())
 
-    def restore(self, values):
-        """Restore `values`, name -> (columns along x, rows along y). InputError for maps of another grid."""
-        if values.keys() != set(KEPT) or values["peak_depth"].shape != self.shape:
+    def state(self):
+        """All that a continuation needs, by name."""
+        return {**self.values, "seen": np.array([self.seen])}
+
+    def restore(self, state):
+        """Take over a `state()`. InputError for maps of another grid."""
+        if state.keys() != {*KEPT, "seen"} or state["peak_depth"].shape != self.shape:
             raise InputError("the checkpoint holds maps of another grid or of another version of the program: start"
                              " anew with --overwrite")
-        self.values, depth = values, values["release_depth"]
+        self.values, self.seen = {name: state[name] for name in KEPT}, float(state["seen"][0])
+        depth = self.values["release_depth"]
         self.flow_depth = FLOW_SHARE * float(depth[depth > 0.0].mean()) if depth.any() else 0.0
 
     def _totals(self, solver):
-        """Window (slices) of the map that may hold snow, and depth, mean speed and pressure now in it."""
+        """Window (slices) of the map that may hold snow, and depth, mean speed, pressure, and depth times velocity
+        (2, ...) now in it."""
         window, sums = solver.particles.sums_in_plan(self.lower, self.cell, self.shape)
-        volume, mass, momentum, energy = np.ascontiguousarray(np.moveaxis(sums, -1, 0))
+        volume, mass, momentum, energy, *flux = np.ascontiguousarray(np.moveaxis(sums, -1, 0))
         depth = volume / self.cell**2
         momentum /= np.maximum(mass, 1e-300, out=mass)
         energy /= np.maximum(volume, 1e-300, out=volume)
-        return window, depth, momentum, energy
+        return window, depth, momentum, energy, [one / self.cell**2 for one in flux]
 
     def see(self, solver, deposit=True):
         """Update the maps with the current state of the solver. deposit: whether to set the map of the deposit as well,
         of which only the last state counts."""
-        window, depth, speed, pressure = self._totals(solver)
+        window, depth, speed, pressure, flux = self._totals(solver)
+        since, self.seen = solver.time - self.seen, solver.time
         flows = depth >= self.flow_depth
         peaks = {name: values[window] for name, values in self.values.items()}
         np.maximum(peaks["peak_depth"], depth, out=peaks["peak_depth"])
         np.maximum(peaks["peak_speed"], speed, out=peaks["peak_speed"], where=flows)
         np.maximum(peaks["peak_pressure"], pressure, out=peaks["peak_pressure"], where=flows)
         np.maximum(peaks["peak_momentum"], depth * speed, out=peaks["peak_momentum"], where=flows)
+        for one, through in zip(PASSED, flux, strict=True):
+            peaks[one.name] += since * through
         arrived = flows & (depth > 0.0)
         np.minimum(peaks["arrival_time"], solver.time, out=peaks["arrival_time"], where=arrived)
         moving = arrived & (speed > MOVING_SPEED)

@@ -98,7 +98,7 @@ class Recorder:
         return copy.deepcopy({"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
                 "settling_steps": self._settling_steps, "causes": self._causes,
                 "smallest_dt": self._smallest_dt, "moved": self._moved,
-                "loads": self._loads.state(), "maps": self._maps.values if self._maps else {}})
+                "loads": self._loads.state(), "maps": self._maps.state() if self._maps else {}})
 
     def _restore(self, state):
         self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
@@ -135,8 +135,7 @@ class Recorder:
         """After a step: keep the peak maps, the loads and the record of time steps and methods."""
         simulation = self._simulation
         self._note_methods()
-        moves = simulation.solver.totals.moves
-        self.particle_steps += simulation.solver.particles.count if moves is None else moves
+        self.particle_steps += simulation.solver.particles.moves
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)

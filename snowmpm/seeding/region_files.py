@@ -1,4 +1,5 @@
-"""Polygons with their thickness, and lines, from shapefiles, GeoJSON and GeoPackages, in the terrain's coordinates."""
+"""Polygons with their thickness, lines, and points, from shapefiles, GeoJSON and GeoPackages, in the terrain's
+coordinates."""
 
 import json
 import re
@@ -9,13 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
 from snowmpm.reading import budget as read_budget
 from snowmpm.seeding import attributes
 from snowmpm.seeding.shapefiles import read_shapefile
 from snowmpm.terrain.raster import system_of as raster_system
 from snowmpm.terrain.reference_system import WORLD, ReferenceSystem, system_beside
 
+LONGEST_NAME = 60
+"""Characters of the name of a line or a point."""
 GIS = "needs the gis extra: pip install 'snowmpm[gis]'"
 FILE_BYTES = 40.0
 """Memory per byte of a file while it is read."""
@@ -27,27 +30,33 @@ UNDEFINED = re.compile("undefined", re.IGNORECASE)
 @dataclass(frozen=True)
 class Feature:
     """parts: polygons, each a list of rings (n, 2), its outline and the holes in it; thickness [m], or None; flaw: why
-    there is none."""
+    there is none. Of lines and points the parts are lines (n, 2), a point one of a single place; name: of the
+    feature, "" without one."""
 
     parts: list
     thickness: float | None
     flaw: str
+    name: str = ""
 
 
 class Kind(NamedTuple):
-    """Geometries that are read: their plural in messages, their types in shapefiles, and one and many in GeoJSON."""
+    """Geometries that are read: how messages call one and several, their types in shapefiles, and one and many in
+    GeoJSON."""
 
+    single: str
     plural: str
-    shape: str
-    one: str
-    many: str
+    shapes: tuple
+    one: tuple
+    many: tuple
 
 
-POLYGON = Kind("polygons", "POLYGON", "Polygon", "MultiPolygon")
+POLYGON = Kind("polygon", "polygons", ("POLYGON",), ("Polygon",), ("MultiPolygon",))
 ANY = ("Unknown", "Geometry")
 """How the type of a layer of a GeoPackage begins that may hold any geometry."""
 
-LINE = Kind("lines", "POLYLINE", "LineString", "MultiLineString")
+LINE = Kind("line", "lines", ("POLYLINE",), ("LineString",), ("MultiLineString",))
+PLACE = Kind("line or point", "lines or points", ("POLYLINE", "POINT"), ("LineString", "Point"),
+             ("MultiLineString", "MultiPoint"))
 
 
 def read_lines(path, key, terrain=None):
@@ -68,7 +77,8 @@ def lines_on_raster(path, key, raster=None):
 def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
     """Features of the polygons in a .shp, .geojson or .gpkg file, in the system of the terrain.
 
-    attribute: the one that holds the thickness; `attributes.USUAL` when missing.
+    attribute: the one that holds the thickness; `attributes.USUAL` when missing. kind: LINE or PLACE for lines, or
+    lines and points, whose names are in the attribute `name`.
 
     terrain: its `ReferenceSystem`, None where it names none. A shapefile is in the system of the .prj beside it,
     GeoJSON in that of its member `crs`, else in longitude and latitude if it can be, as RFC 7946 has it; a GeoPackage,
@@ -78,11 +88,13 @@ def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
     InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
     terrain's system does not reach, a system that the coordinates contradict.
     """
-    polygons, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute), kind)
+    attribute = attribute if kind is POLYGON else "name"
+    found, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute), kind)
     where = f"{key} = {str(path)!r}"
-    features = _with_thickness(polygons, names, attribute)
+    features = _with_thickness(found, names, attribute) if kind is POLYGON else [
+        Feature(parts, None, "", shown_line("" if name is None else name, LONGEST_NAME)) for parts, name in found]
     if not features:
-        raise InputError.at(key, str(path), f"holds no {kind.plural[:-1]}")
+        raise InputError.at(key, str(path), f"holds no {kind.single}")
     corners = np.concatenate([np.empty((0, 2)), *(ring for f in features for ring in _rings(f.parts, kind))])
     if system is None and Path(path).suffix.lower() not in (".shp", ".gpkg"):
         system, said = _of_plain_geojson(corners, terrain)
@@ -98,8 +110,8 @@ def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
     elif system is not None:
         _refuse_latitude_first(corners, system, terrain, where)
         features = [replace(feature, parts=[
-            _carried(part, system, terrain, where) if kind is LINE else [_carried(ring, system, terrain, where)
-                                                                         for ring in part]
+            [_carried(ring, system, terrain, where) for ring in part] if kind is POLYGON else
+            _carried(part, system, terrain, where)
             for part in feature.parts]) for feature in features]
     if told:
         warnings.warn(f"{where}: {'; '.join(told)}", stacklevel=2)
@@ -108,7 +120,7 @@ def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
 
 def _rings(parts, kind):
     """Lines, or rings of polygons."""
-    return parts if kind is LINE else [ring for rings in parts for ring in rings]
+    return [ring for rings in parts for ring in rings] if kind is POLYGON else parts
 
 
 def system_of(path, key):
@@ -175,8 +187,8 @@ def _carried(ring, system, terrain, where):
 
 
 def _shapefile(path, key, choose, kind):
-    shapes, names, told = read_shapefile(path, key, choose, kind.shape)
-    found = [(lines if kind is LINE else _nested(lines), value) for lines, value in shapes]
+    shapes, names, told = read_shapefile(path, key, choose, kind.shapes, kind.plural)
+    found = [(_nested(lines) if kind is POLYGON else lines, value) for lines, value in shapes]
     return found, names, system_beside(path), told
 
 
@@ -213,8 +225,8 @@ def _geojson(path, key, choose, kind):
             others += left
             if parts:
                 names |= dict.fromkeys(properties)
-                found.append(([_corners(part) if kind is LINE else [_corners(ring) for ring in part] for part in parts],
-                              properties))
+                found.append(([[_corners(ring) for ring in part] if kind is POLYGON else _corners(part)
+                               for part in parts], properties))
         named = data.get("crs")
         system = None if named is None else ReferenceSystem.named(_name_of(named["properties"]), f"{path}: crs")
         name = choose(names)
@@ -246,11 +258,11 @@ def _geopackage(path, key, choose, kind):
             if file.read(len(SQLITE)) != SQLITE:  # GDAL must not open the file as any other format
                 raise InputError.at(key, str(path), "is not a readable GeoPackage")
         known = [(name, geometry) for name, geometry in pyogrio.list_layers(path) if geometry]
-        layers = [name for name, geometry in known if kind.one in geometry] or [
+        layers = [name for name, geometry in known if any(one in geometry for one in kind.one)] or [
             name for name, geometry in known if geometry.startswith(ANY)]
         if len(layers) != 1:
             listed = f"{len(layers)} layers of {kind.plural}, {', '.join(map(str, layers))}"
-            named = listed if layers else f"no {kind.plural[:-1]}"
+            named = listed if layers else f"no {kind.single}"
             raise InputError.at(key, str(path), f"holds {named}: save the one that is meant in a file of its own")
         names = tuple(pyogrio.read_info(path, layer=layers[0])["fields"])
         name = choose(names)
@@ -260,10 +272,10 @@ def _geopackage(path, key, choose, kind):
         found, others = [], 0
         for row, geometry in enumerate(shapely.from_wkb(geometries)):
             pieces = shapely.get_parts(shapely.get_parts(geometry))  # a collection may hold several of several parts
-            own = [part for part in pieces if part.geom_type == kind.one and not part.is_empty]
-            others += sum(part.geom_type != kind.one for part in pieces)
-            parts = [np.asarray(part.coords)[:, :2] if kind is LINE else
-                     [np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)] for part in own]
+            own = [part for part in pieces if part.geom_type in kind.one and not part.is_empty]
+            others += sum(part.geom_type not in kind.one for part in pieces)
+            parts = [[np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]
+                     if kind is POLYGON else np.asarray(part.coords)[:, :2] for part in own]
             if parts:
                 value = columns[0][row] if name else None
                 found.append((parts, bool(value) if truths else value))
@@ -283,16 +295,17 @@ def _system(text, where):
 
 
 def _parts(geometry, kind):
-    """Coordinates of the polygons, or lines, of a geometry, and how many geometries are none."""
+    """Coordinates of the polygons, lines or points of a geometry, and how many geometries are none."""
     if not geometry:
         return [], 0
     own = geometry["type"]
     if own == "GeometryCollection":
         parts = [_parts(part, kind) for part in geometry["geometries"]]
         return [one for found, _ in parts for one in found], sum(left for _, left in parts)
-    if own == kind.one:
-        return [geometry["coordinates"]], 0
-    return (geometry["coordinates"], 0) if own == kind.many else ([], 1)
+    if own not in (*kind.one, *kind.many):
+        return [], 1
+    found = [geometry["coordinates"]] if own in kind.one else geometry["coordinates"]
+    return ([[place] for place in found] if own.endswith("Point") else found), 0
 
 
 def _corners(ring):

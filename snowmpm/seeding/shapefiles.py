@@ -1,4 +1,4 @@
-"""Polygons of shapefiles, and one of their attributes.
+"""Polygons, lines and points of shapefiles, and one of their attributes.
 
 Text that is not needed is not decoded, and an attribute table that cannot be read does not take the polygons with it.
 """
@@ -24,17 +24,15 @@ LANGUAGES = {
 }
 """Code page by the language byte of a .dbf file (byte 29 of its head)."""
 
-NAMES = {"POLYGON": "polygons", "POLYLINE": "lines"}
-"""Kinds of shapes that are read."""
-
 LONGEST_NAME = 100
 """Bytes of a .cpg file that are read: it holds the name of a code page."""
 
 
-def read_shapefile(path, key, choose, kind="POLYGON"):
+def read_shapefile(path, key, choose, types=("POLYGON",), plural="polygons"):
     """[(rings, value)] of the polygons of a .shp file, names of its attributes, and warnings.
 
-    kind: "POLYLINE" for [(lines, value)] of its lines; choose: function (names) -> the attribute whose values are
+    types: "POLYLINE" and "POINT" give [(lines, value)], of which a point is one of a single place; plural: how these
+    shapes are called; choose: function (names) -> the attribute whose values are
     returned, or None. A shape that is deleted in the table is left out, as other programs do. InputError: no reader,
     unreadable.
     """
@@ -50,15 +48,17 @@ def read_shapefile(path, key, choose, kind="POLYGON"):
         for shape, value in zip(shapes, values, strict=True):
             if value is DELETED:
                 continue
-            if kind not in shape.shapeTypeName or not shape.points:
+            if not any(one in shape.shapeTypeName for one in types) or not shape.points:
                 others += shape.shapeType != shapefile.NULL
                 continue
-            points, parts = np.asarray(shape.points, float)[:, :2], [*shape.parts, len(shape.points)]
+            points = np.asarray(shape.points, float)[:, :2]
+            single = "POINT" in shape.shapeTypeName
+            parts = range(len(points) + 1) if single else [*shape.parts, len(points)]
             found.append(([points[a:b] for a, b in pairwise(parts)], value))
     except Exception as error:  # on damaged files pyshp raises struct, OS and its own errors
         raise InputError.at(key, str(path), "is not a readable shapefile") from error
     if others:
-        told.append(f"{others} of its geometries are no {NAMES[kind]} and are left out")
+        told.append(f"{others} of its geometries are no {plural} and are left out")
     return found, names, told
 
 

@@ -32,8 +32,7 @@ class Totals:
     went from one method to another, of two that work at the same time; yielding: number of particles that yielded in
     the last step;
     contact_lines: lines of nodes that touched a surface in steps that are solved for, added up over the steps, and
-    contact_spared of them, which a rule settled; None where states of contact are not sought. moves: particles that the
-    last step moved, each as often as it did; None: each once.
+    contact_spared of them, which a rule settled; None where states of contact are not sought.
     """
 
     impulse: Floats
@@ -45,7 +44,6 @@ class Totals:
     handover_energy: float = 0.0
     contact_lines: int | None = None
     contact_spared: int = 0
-    moves: int | None = None
 
 
 @dataclass(frozen=True)

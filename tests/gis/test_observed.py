@@ -5,8 +5,7 @@ import pytest
 import shapely
 
 from snowmpm.errors import InputError
-from snowmpm.gis import Observed, read_observed, score
-from snowmpm.gis.observed import compare
+from snowmpm.gis.observed import Observed, compare, read_observed, score
 from snowmpm.terrain.reference_system import ReferenceSystem
 from tests.support.straight_avalanche import ORIGIN
 

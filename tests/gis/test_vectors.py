@@ -8,7 +8,8 @@ import pytest
 import shapely
 
 from snowmpm.errors import InputError
-from snowmpm.gis import Observed, layers_of, read_observed, write_geojson, write_geopackage, write_project
+from snowmpm.gis import layers_of, write_geojson, write_geopackage, write_project
+from snowmpm.gis.observed import Observed, read_observed
 from tests.support.straight_avalanche import LAMBERT, lambert, write_avalanche
 
 

@@ -78,9 +78,13 @@ class FlowCells(Particles):
         if wet.any():
             self.origins[~wet] = self.origins[wet][self.origins[wet, 2].argmax()]
 
+    def _flowing(self):
+        """H (nx, ny) of the snow that flows, float64."""
+        return self.inner(self.state_array)[..., 0].astype(float)
+
     def _all_depth(self):
         """H (nx, ny) of the snow that flows and of that which lies still, float64."""
-        return sum((H for _, H in self.later), self.inner(self.state_array)[..., 0].astype(float))
+        return sum((H for _, H in self.later), self._flowing())
 
     def release(self, time):
         """Let snow go whose time has come; -> whether there was some."""
@@ -112,7 +116,7 @@ class FlowCells(Particles):
     @derived
     def count(self):
         """Cells with snow."""
-        return len(self.snapshot().labels)
+        return int(np.count_nonzero(self._all_depth() > LEAST))
 
     @derived
     def mass(self):
@@ -163,18 +167,27 @@ class FlowCells(Particles):
         """Mass of each cell with snow (n,) [kg]."""
         return self.snapshot().column("volume")[:, 0] * self.density
 
+    def momentum(self):
+        """Of all snow that flows (3,) [kg m/s]."""
+        H, u, v = (self.inner(self.state_array)[..., k].astype(float) for k in range(3))
+        slope = self.inner(self.ground)
+        unit = self.density * self.grid.dx**2
+        return unit * np.array([(H * u).sum(), (H * v).sum(), (H * (u * slope[..., 0] + v * slope[..., 1])).sum()])
+
     def sums_in_plan(self, lower, cell, shape):
         """Sums over plan cells (`particles.contract.Particles`), each cell spread evenly over those it covers."""
-        snapshot = self.snapshot()
-        if self.later:
-            snapshot = CellSnapshot(self, self.inner(self.state_array)[..., 0].astype(float))
-        if not len(snapshot.labels):
-            return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 4))
-        volume = snapshot.column("volume")[:, 0]
-        speed2 = (snapshot.column("velocity") ** 2).sum(axis=1)
+        H = self._flowing()
+        box = box_of(H > LEAST)
+        if box is None:
+            return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 6))
+        H = np.where(H[box] > LEAST, H[box], 0.0)
+        u, v = (self.inner(self.state_array)[box][..., k].astype(float) for k in (1, 2))
+        slope = self.inner(self.ground)[box]
+        speed2 = u**2 + v**2 + (u * slope[..., 0] + v * slope[..., 1]) ** 2
+        volume = H * self.grid.dx**2
         mass = volume * self.density
-        return self._over_plan(snapshot.cells, np.column_stack([volume, mass, mass * np.sqrt(speed2), mass * speed2]),
-                               lower, cell, shape)
+        sums = volume, mass, mass * np.sqrt(speed2), mass * speed2, volume * u, volume * v
+        return self._over_plan(box, np.stack(sums, axis=-1), lower, cell, shape)
 
     def resting_in_plan(self, lower, cell, shape):
         """Volume of snow that waits, and of what was laid down (`particles.contract.Particles`)."""
@@ -182,17 +195,18 @@ class FlowCells(Particles):
         volume = sum(parts[1:], parts[0]) if parts else None
         for _, H in self.later:
             volume = np.zeros(shape) if volume is None else volume
-            cells = np.argwhere(H > 0.0)
-            window, sums = self._over_plan(cells, H[tuple(cells.T)][:, None] * self.grid.dx**2, lower, cell, shape)
+            box = box_of(H > 0.0)
+            window, sums = self._over_plan(box, H[box][..., None] * self.grid.dx**2, lower, cell, shape)
             volume[window] += sums[..., 0]
         return volume
 
-    def _over_plan(self, cells, values, lower, cell, shape):
-        """Window of plan cells, and sums (columns, rows, k) in it of values (n, k) of `cells` (n, 2), spread evenly."""
-        first, last = cells.min(axis=0), cells.max(axis=0) + 1
+    def _over_plan(self, box, values, lower, cell, shape):
+        """Window of plan cells, and sums (columns, rows, k) in it of values (.., .., k) of the cells in the slices
+        `box`, spread evenly."""
         spread, window = [], []
         for axis in (0, 1):
-            at = (self.grid.lower[axis] + self.grid.dx * np.arange(first[axis], last[axis] + 1) - lower[axis]) / cell
+            ends = np.arange(box[axis].start, box[axis].stop + 1)
+            at = (self.grid.lower[axis] + self.grid.dx * ends - lower[axis]) / cell
             low = int(np.clip(np.floor(at[0] + 1e-9), 0, shape[axis]))
             high = int(np.clip(np.ceil(at[-1] - 1e-9), low, shape[axis]))
             edges = np.arange(low, high + 1)
@@ -200,10 +214,10 @@ class FlowCells(Particles):
                              0.0, None) / (self.grid.dx / cell)
             spread.append(sparse.csr_matrix(np.where(shares > 1e-9, shares, 0.0)))
             window.append(slice(low, high))
-        box = np.zeros((*(last - first), values.shape[1]))
-        box[tuple((cells - first).T)] = values
-        sums = np.stack([spread[0] @ box[..., k] @ spread[1].T for k in range(values.shape[1])], axis=-1)
-        return tuple(window), sums
+        for part in spread:  # first along x, then along y
+            sums = part @ values.reshape(len(values), -1)
+            values = np.swapaxes(sums.reshape(len(sums), *values.shape[1:]), 0, 1)
+        return tuple(window), values
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
@@ -218,6 +232,12 @@ class FlowCells(Particles):
         self.removed = {**state["removed"], "momentum": np.array(state["removed"]["momentum"])}
         self.sorts, self.later = state["sorts"], self.later[len(self.later) - int(state["to_come"]) :]
         self.changed()
+
+
+def box_of(held):
+    """Slices of the smallest box around the cells (nx, ny) that hold something; None where none does."""
+    some = [np.flatnonzero(held.any(axis=axis)) for axis in (1, 0)]
+    return tuple(slice(one[0], one[-1] + 1) for one in some) if len(some[0]) else None
 
 
 class CellSnapshot:

@@ -298,7 +298,7 @@ class VolumeSolver(PlanSolver):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.contact_work = 0.0, 0, 0.0
         self.weight_impulse = np.zeros(3)
-        self._start = self._momentum() + self.particles.removed["momentum"]
+        self._start = self.particles.momentum() + self.particles.removed["momentum"]
         for one in self.adapters:
             one.restart()
 
@@ -307,7 +307,7 @@ class VolumeSolver(PlanSolver):
     @property
     def totals(self):
         """`Totals` as they are now: all that changes the momentum, but for the weight, comes from the ground."""
-        given = self._momentum() + self.particles.removed["momentum"] - self._start - self.weight_impulse
+        given = self.particles.momentum() + self.particles.removed["momentum"] - self._start - self.weight_impulse
         return Totals(given, self.weight_impulse.copy(), np.zeros(3), 0.0, self.contact_work)
 
     @property
