@@ -16,16 +16,14 @@ from snowmpm.stages import counted
 def _definitions(wanted: bool):
     if wanted:
         from snowmpm.quantities.saw import SAW_TEST
-        from snowmpm.quantities.table import GAUGES, HISTORY, IMPACT, NUMBERS, OVER_TIME, RASTERS
+        from snowmpm.quantities.table import GAUGES, HISTORY, IMPACT, NUMBERS, OVER_TIME, PATH, RASTERS
 
         print_definitions({"maps": RASTERS, "maps over time": OVER_TIME, "numbers": NUMBERS, "gauges": GAUGES,
-                           "impact": IMPACT, "history": HISTORY, "saw test": SAW_TEST})
+                           "along a path": PATH, "impact": IMPACT, "history": HISTORY, "saw test": SAW_TEST})
         raise typer.Exit
 
 
 KINDS = ("mp4", "gif")
-ROUGH = 0.1
-"""Difference of the volume of the frames from that of the steps, above which the discharge is warned of."""
 FIXED = ("avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv", "avalanche.json",
          "before_after.png", "thalweg.png", "thalweg_time.png", "gauges.csv", "gauge_profiles.csv", "gauges.png")
 """Files beside those named after a map."""
@@ -46,13 +44,19 @@ GaugesFile = Annotated[
     typer.Option("--gauges", metavar="FILE", help="Lines and points (.shp, .geojson or .gpkg): depth, speed, pressure"
                                                   " over time on each, discharge and volume across lines."),
 ]
+PathFile = Annotated[
+    Path | None,
+    typer.Option("--path", metavar="FILE", help="A line (.shp, .geojson or .gpkg): run-out, fall and maxima along it,"
+                                                " as AvaFrame's AIMEC has them; along the thalweg without it."),
+]
 Definitions = Annotated[
     bool, typer.Option("--definitions", callback=_definitions, is_eager=True, help="Say what each number means.")
 ]
 
 
 def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observed: ObservedFile = None,
-         gauges: GaugesFile = None, over_time: OverTime = None, quiet: Quiet = False, definitions: Definitions = False):
+         gauges: GaugesFile = None, path: PathFile = None, over_time: OverTime = None, quiet: Quiet = False,
+         definitions: Definitions = False):
     """Draw the maps of an avalanche, and print its run-out.
 
     Peak depth, speed, pressure and momentum, arrival time, duration, deposit and release: each as a GeoTIFF in the
@@ -73,26 +77,28 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
         raise InputError.not_in("--over-time", over_time, KINDS)
     folder = output or opened.path.with_name("maps")
     overwriting.guard_in(folder, _names(opened, over_time))
-    seen, scores = _observed(opened, observed, pictures)
-    asked = _gauges(opened, gauges, pictures)
+    asked = _asked(opened, {"observed": observed, "gauges": gauges, "path": path}, pictures)
     moments = list(_moments(opened, folder)) if over_time and not pictures else []
-    written = [] if pictures else list(_files(opened, folder, (seen, scores), asked, moments))
-    written += _pictures(opened, folder, seen)
-    if asked:
-        written += _of_gauges(asked, opened, folder)
+    written = list(_files(opened, folder, asked, moments)) if asked else []
+    written += _pictures(opened, folder, asked.outline if asked else None)
+    if asked and asked.gauges:
+        written += _of_gauges(asked.gauges, opened, folder)
     if over_time:
         written += _films(opened, folder, over_time)
-    for path in () if quiet else written:
-        print(path)
+    for file in () if quiet else written:
+        print(file)
     if not quiet and not pictures and not opened.provenance.get("crs"):
         print("no avalanche.geojson: the terrain names no coordinate system, and GeoJSON without one would be read as"
               " longitude and latitude")
     if not quiet:
         print_avalanche(opened)
-        for one in scores or ():
-            print_facts(f"\n{one['outline']} against {seen.name}", _told(one))
-        for one in asked:
+    if not quiet and asked:
+        for one in asked.scores or ():
+            print_facts(f"\n{one['outline']} against {asked.outline.name}", _told(one))
+        for one in asked.gauges:
             print_facts(f"\n{one.place.name}", _measured(one))
+        if path:
+            print_facts(f"\nalong {path.name}", _worded(asked.along))
 
 
 def _names(run, over_time):
@@ -110,50 +116,26 @@ def _moment(name, i):
     return f"over_time/{name}_{i:05d}.tif"
 
 
-def _observed(run, path, pictures):
-    """The observed outline and the scores against it, or None and None."""
-    if path is None:
-        return None, None
+def _asked(run, files, pictures):
+    """`snowmpm.gis.asked.Asked` of a run, by files of options; its warnings are printed."""
+    given = {name: path for name, path in files.items() if path is not None}
     if pictures:
-        raise InputError("--observed: not with --pictures: the outline is read by the gis extra")
-    from snowmpm.gis.observed import read_observed, score
+        if given:
+            raise InputError(f"--{next(iter(given))}: not with --pictures: the gis extra reads its file")
+        return None
+    from snowmpm.gis.asked import asked_of
 
-    overwriting.reads(path)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", UserWarning)
-        seen = read_observed(path, run)
+        found = asked_of(run, **given)
     for warning in said:
         print(f"warning: {warning.message}")
-    return seen, score(run, seen)
-
-
-def _gauges(run, path, pictures):
-    """`snowmpm.io.gauges.Gauge`s of the lines and points of a file, [] without one."""
-    if path is None:
-        return []
-    if pictures:
-        raise InputError("--gauges: not with --pictures: the lines are read by the gis extra")
-    from snowmpm.gis.gauges import read_places
-    from snowmpm.io.gauges import gauges
-
-    overwriting.reads(path)
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always", UserWarning)
-        places = read_places(path, run)
-    for warning in said:
-        print(f"warning: {warning.message}")
-    found = gauges(run, places)
-    coarse = [one.place.name for one in found if abs(one.numbers.get("gauge_scaled", 1.0) - 1.0) > ROUGH]
-    if coarse:
-        print(f"warning: --gauges: across {', '.join(coarse)} the frames add up to another volume than the steps, by"
-              " which their discharge is scaled (gauge_scaled): they are too far apart (output.interval), or the ground"
-              " is steep. The volume holds.")
     return found
 
 
 def _of_gauges(asked, run, folder):
     """Write what flowed past gauges; -> the paths."""
-    from snowmpm.gis.gauges import write_profiles, write_series
+    from snowmpm.gis.lines import write_profiles, write_series
     from snowmpm.render.gauge_plot import render_gauges
 
     yield write_series(folder / "gauges.csv", asked)
@@ -164,16 +146,19 @@ def _of_gauges(asked, run, folder):
 
 def _measured(gauge):
     """Numbers of a gauge as text."""
-    from snowmpm.quantities.table import quantity
-
     if gauge.numbers["gauge_arrival"] is None:
         return {"arrival": "the flow did not come here"}
-    return {quantity(name).label: quantity(name).text(value) for name, value in gauge.numbers.items()}
+    return _worded(gauge.numbers)
 
 
-def _files(run, folder, observed, asked, moments):
-    """Write the files for a GIS; -> their paths. observed: outline and scores; asked: gauges; moments: rasters over
-    time that the project shows."""
+def _worded(numbers):
+    from snowmpm.quantities.table import quantity
+
+    return {quantity(name).label: quantity(name).text(value) for name, value in numbers.items()}
+
+
+def _files(run, folder, asked, moments):
+    """Write the files for a GIS; -> their paths. asked: `Asked`; moments: rasters over time that the project shows."""
     from snowmpm import gis
     from snowmpm.io.geotiff import require_rasterio, write_geotiff
     from snowmpm.io.parameters import parameters
@@ -182,7 +167,7 @@ def _files(run, folder, observed, asked, moments):
     from snowmpm.quantities.table import quantity
 
     require_rasterio()
-    (seen, scores), crs, status = observed, run.provenance.get("crs"), status_of(run)
+    crs, status = run.provenance.get("crs"), status_of(run)
     tags = {"run": run.name, "statement": statement(run), "status": status.text, "final": status.final,
             **parameters(run)}
     for name, raster in counted(run.maps.items(), "writing GeoTIFFs", "maps"):
@@ -193,18 +178,18 @@ def _files(run, folder, observed, asked, moments):
     if "flow_depth" not in run.hazard.get("numbers", {}):
         return
     gis.require_pyogrio()
-    layers = gis.layers_of(run, seen)
-    if asked:
-        from snowmpm.gis.gauges import layers_of_gauges
+    layers = gis.layers_of(run, asked.outline)
+    if asked.gauges:
+        from snowmpm.gis.lines import layers_of_gauges
 
-        layers += layers_of_gauges(run, asked)
+        layers += layers_of_gauges(run, asked.gauges)
     yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs)
     if crs:
         yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
     yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments)
-    yield gis.write_numbers(folder / "avalanche.csv", run, scores, asked)
+    yield gis.write_numbers(folder / "avalanche.csv", run, asked)
     yield gis.write_areas(folder / "areas.csv", run)
-    yield gis.write_record(folder / "avalanche.json", run, scores, asked)
+    yield gis.write_record(folder / "avalanche.json", run, asked)
 
 
 def _pictures(run, folder, seen):

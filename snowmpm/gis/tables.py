@@ -15,9 +15,9 @@ SCORES = {"area": "m2", "index": "1", "rate": "1", "ratio": "1", "reach": "m", "
 """Units of scores against an observation, by the end of their names."""
 
 
-def write_numbers(path, run, scores=None, gauges=()):
-    """Write the numbers of hazard mapping of a `Run` as CSV, each with resolution, unit and definition, and its scores
-    against an observed outline (`snowmpm.gis.observed.score`), and those of `snowmpm.io.gauges.Gauge`s; -> its path."""
+def write_numbers(path, run, asked):
+    """Write the numbers of hazard mapping of a `Run` as CSV, each with resolution, unit and definition, and those of
+    `snowmpm.gis.asked.Asked`; -> its path."""
     status, known = status_of(run), resolution_of(run)
     rows = [["status", "whether the run is final", status.text, "", "",
              "Complete, at rest, nothing lost over the edge."],
@@ -26,15 +26,23 @@ def write_numbers(path, run, scores=None, gauges=()):
         one, resolution = quantity(name), known.get(name)
         rows.append([name, one.label, rounded(value, resolution), f"{resolution:.2g}" if resolution else "",
                      "1" if one.unit == "share" else one.unit, one.definition])
-    for score in scores or ():
+    for score in asked.scores or ():
         outline = score["outline"].replace(" ", "_")
         rows += [[f"observed.{outline}.{name}", f"{name.replace('_', ' ')}, {score['outline']}", rounded(value), "",
                   SCORES[name.rpartition("_")[2]], ""] for name, value in score.items() if name != "outline"]
     rows += [[f"impact.{obstacle}.{name}", f"{quantity(name).label}, on {obstacle}", one["value"], "", one["unit"],
               one["definition"]] for obstacle, load in _impacts(run).items() for name, one in load.items()]
     rows += [[f"gauge.{name}.{key}", f"{quantity(key).label}, {name}", one["value"], "", one["unit"],
-              one["definition"]] for name, numbers in _measured(gauges).items() for key, one in numbers.items()]
+              one["definition"]] for name, numbers in _measured(asked.gauges).items() for key, one in numbers.items()]
+    rows += [[name, quantity(name).label, _digits(name, value), "", quantity(name).unit, quantity(name).definition]
+             for name, value in asked.along.items()]
     return write_table(path, ["name", "label", "value", "resolution", "unit", "definition"], rows)
+
+
+def _digits(name, value):
+    """A number as it is written: coordinates and angles to their decimals."""
+    decimals = quantity(name).decimals
+    return rounded(value) if decimals is None else round(value, decimals)
 
 
 def write_areas(path, run):
@@ -62,8 +70,9 @@ def _measured(gauges):
     return found
 
 
-def write_record(path, run, scores=None, gauges=()):
-    """Write everything as JSON: status, numbers with units, areas by class, parameters, scores; -> its path."""
+def write_record(path, run, asked):
+    """Write everything as JSON: status, numbers with units, areas by class, parameters, and what was asked; -> its
+    path."""
     known = resolution_of(run)
     numbers = {name: {"value": rounded(value, known.get(name)), "resolution": known.get(name),
                       "unit": quantity(name).unit, "definition": quantity(name).definition}
@@ -72,6 +81,8 @@ def write_record(path, run, scores=None, gauges=()):
               "projection": projection_name(run.provenance.get("crs")),
               "parameters": parameters(run), "numbers": numbers, "impacts": _impacts(run),
               "areas_by_class": run.hazard.get("classes", {}),
-              **({"observed": scores} if scores is not None else {}),
-              **({"gauges": _measured(gauges)} if gauges else {})}
+              "along_path": {name: {"value": _digits(name, value), "unit": quantity(name).unit,
+                                    "definition": quantity(name).definition} for name, value in asked.along.items()},
+              **({"observed": asked.scores} if asked.scores is not None else {}),
+              **({"gauges": _measured(asked.gauges)} if asked.gauges else {})}
     return write_text(path, json.dumps(record, indent=1) + "\n")

@@ -12,7 +12,7 @@ from snowmpm.quantities.saw import SAW_TEST
 
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
 MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
-GAUGED = "snowmpm.io.gauges"
+GAUGED, ALONG = "snowmpm.io.gauges", "snowmpm.results.along_path"
 
 MOVING_SHARE = Quantity("moving_share", "still moving", "share", f"Share of the mass in the domain that is faster than "
                         f"{MOVING_SPEED:g} m/s. At rest: {100 * REST_SHARE:g} % or less, and momentum_share at "
@@ -246,6 +246,27 @@ GAUGES = (
              "to: the factor of the discharge. Far from 1, they are too few for the passage.", GAUGED),
 )
 
+PATH = (
+    Quantity("path_runout", "run-out along the path", "m", "Length of the path in plan to the last cross-section on "
+             "which the peak pressure exceeds 1 kPa: sRunout of AvaFrame's AIMEC.", ALONG),
+    Quantity("path_runout_x", "its place, east", "m", "Place of the largest peak pressure on that cross-section.",
+             ALONG, 1),
+    Quantity("path_runout_y", "its place, north", "m", "As path_runout_x.", ALONG, 1),
+    Quantity("path_delta", "length that was reached", "m", "From the first such cross-section to the last: deltaSXY "
+             "of AIMEC.", ALONG),
+    Quantity("path_fall", "fall along the path", "m", "Height of the path at the first above that at the last: deltaZ "
+             "of AIMEC.", ALONG),
+    Quantity("path_angle", "run-out angle", "degrees", "atan(path_fall / path_delta): runoutAngle of AIMEC.", ALONG, 1),
+    Quantity("path_area", "area of the ground above 1 kPa", "m2", "Area of the ground, not in plan, where the peak "
+             "pressure exceeds 1 kPa, within 300 m of the path.", ALONG),
+    Quantity("path_pressure", "largest pressure ρv² on cross-sections", "Pa", "Largest peak_pressure on cross-sections "
+             "of the path, 600 m wide, linear between map cells: maxpprCrossMax of AIMEC.", ALONG),
+    Quantity("path_thickness", "largest thickness on cross-sections", "m", "As path_pressure, of peak_thickness: "
+             "maxpftCrossMax.", ALONG),
+    Quantity("path_speed", "largest speed on cross-sections", "m/s", "As path_pressure, of peak_speed: maxpfvCrossMax.",
+             ALONG),
+)
+
 RENAMED = {"runout": "front_distance"}
 """Old names of columns of the history, and their new names."""
 
@@ -253,7 +274,8 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Old names of hazard numbers, and their new names."""
 
-QUANTITIES = {one.name: one for one in (*HISTORY, *RASTERS, *PASSED, *OVER_TIME, *NUMBERS, *IMPACT, *GAUGES, *SAW_TEST)}
+QUANTITIES = {one.name: one for one in (*HISTORY, *RASTERS, *PASSED, *OVER_TIME, *NUMBERS, *IMPACT, *GAUGES, *PATH,
+                                        *SAW_TEST)}
 """All quantities by name."""
 
 

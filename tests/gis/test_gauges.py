@@ -10,8 +10,8 @@ import shapely
 import snowmpm
 from snowmpm.cli.app import app
 from snowmpm.errors import InputError
-from snowmpm.gis.gauges import MOST, read_places
 from snowmpm.gis.layers import Layer
+from snowmpm.gis.lines import MOST, read_places
 from snowmpm.gis.vectors import write_geopackage
 from snowmpm.io.gauges import Place, gauges
 

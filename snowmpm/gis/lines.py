@@ -1,4 +1,4 @@
-"""Lines and points that a user asks about: read from a vector file, and what flowed past them as tables and layers."""
+"""Lines and points that a user asks about: read from vector files; what flowed past gauges as tables and layers."""
 
 import math
 
@@ -11,7 +11,7 @@ from snowmpm.gis.layers import Layer
 from snowmpm.io.gauges import PROFILE, SERIES, Place
 from snowmpm.io.status import status_of
 from snowmpm.quantities.table import quantity
-from snowmpm.seeding.region_files import PLACE, read_features
+from snowmpm.seeding.region_files import LINE, PLACE, read_features
 from snowmpm.terrain.reference_system import ReferenceSystem
 
 MOST = 100
@@ -22,10 +22,8 @@ def read_places(path, run):
     """[`Place`] of the lines and points in a .shp, .geojson or .gpkg file, in the map coordinates of a `Run`. Those
     without a name (attribute `name`) are numbered: `line 1`. InputError as of `read_features`, for too many, and for
     a line without length."""
-    wkt = run.provenance.get("crs")
-    system = ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
     found = []
-    for feature in read_features(path, "--gauges", system, kind=PLACE):
+    for feature in read_features(path, "--gauges", _system(run), kind=PLACE):
         for part in feature.parts:
             corners, word = np.asarray(part, float), "line" if len(part) > 1 else "point"
             number = 1 + sum(one.is_line == (word == "line") for one in found)
@@ -36,6 +34,22 @@ def read_places(path, run):
     if len(found) > MOST:
         raise InputError.at("--gauges", str(path), f"holds {len(found)} lines and points: at most {MOST}")
     return _told_apart(found)
+
+
+def read_path(path, run):
+    """The one line (n, 2) in a vector file, in the map coordinates of a `Run`. InputError as of `read_features`, and
+    for several, or one without length."""
+    lines = [part for feature in read_features(path, "--path", _system(run), kind=LINE) for part in feature.parts]
+    if len(lines) != 1:
+        raise InputError.at("--path", str(path), f"holds {len(lines)} lines: must be one")
+    if not np.isfinite(lines[0]).all() or np.ptp(lines[0], axis=0).max() == 0.0:
+        raise InputError.at("--path", str(path), "has no length, or corners that are no numbers")
+    return np.asarray(lines[0], float)
+
+
+def _system(run):
+    wkt = run.provenance.get("crs")
+    return ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
 
 
 def _told_apart(places):
