@@ -234,10 +234,10 @@ GAUGES = (
              GAUGED),
     Quantity("gauge_duration", "duration at the gauge", "s", "From the arrival there until the flow on it, at least "
              f"flow_depth deep, was last faster than {MOVING_SPEED:g} m/s.", GAUGED),
-    Quantity("gauge_depth", "largest flow depth", "m", "Largest value of the map peak_depth on it.", GAUGED),
-    Quantity("gauge_speed", "largest flow speed", "m/s", "Largest value of the map peak_speed on it.", GAUGED),
-    Quantity("gauge_pressure", "largest pressure ρv²", "Pa", "Largest value of the map peak_pressure on it.", GAUGED),
-    Quantity("gauge_momentum", "largest momentum hv", "m2/s", "Largest value of the map peak_momentum on it.", GAUGED),
+    Quantity("gauge_depth", "largest depth at the gauge", "m", "Largest value of the map peak_depth on it.", GAUGED),
+    Quantity("gauge_speed", "largest speed at the gauge", "m/s", "Largest value of the map peak_speed on it.", GAUGED),
+    Quantity("gauge_pressure", "largest ρv² at the gauge", "Pa", "Largest value of the map peak_pressure on it.", GAUGED),
+    Quantity("gauge_momentum", "largest hv at the gauge", "m2/s", "Largest value of the map peak_momentum on it.", GAUGED),
     Quantity("gauge_discharge", "largest discharge", "m3/s", "Largest volume per time that crosses the line in a "
              "frame; positive to the side to which more passed in all.", GAUGED),
     Quantity("gauge_volume", "volume that passed", "m3", "Volume that crossed the line, at the density of the start, "

@@ -7,7 +7,19 @@ import pytest
 from snowmpm.quantities.classes import PRESSURE, classes_of
 from snowmpm.quantities.quantity import THIN, written
 from snowmpm.quantities.saw import SAW_TEST
-from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, OVER_TIME, QUANTITIES, RASTERS, quantity, units_of
+from snowmpm.quantities.table import (
+    GAUGES,
+    HISTORY,
+    IMPACT,
+    NUMBERS,
+    OVER_TIME,
+    PASSED,
+    PATH,
+    QUANTITIES,
+    RASTERS,
+    quantity,
+    units_of,
+)
 
 
 @pytest.mark.parametrize(("value", "unit", "decimals", "text"), [
@@ -24,13 +36,13 @@ def test_numbers_as_people_write_them(value, unit, decimals, text):
 
 
 def test_no_number_of_an_avalanche_has_a_power_of_ten():
-    for one in (*RASTERS, *NUMBERS):
+    for one in (*RASTERS, *NUMBERS, *GAUGES, *PATH):
         for value in (0.012, 1.97, 27.3, 199.6, 1970.4, 19704.0, 2.1e6, 9.9e8):
             assert "e+" not in one.text(value) and "e-" not in one.text(value), one.name
 
 
 def test_each_name_is_defined_once_where_it_is_computed():
-    names = [one.name for one in (*HISTORY, *RASTERS, *OVER_TIME, *IMPACT, *SAW_TEST)]
+    names = [one.name for one in (*HISTORY, *RASTERS, *PASSED, *OVER_TIME, *IMPACT, *GAUGES, *PATH, *SAW_TEST)]
     names += [one.name for one in NUMBERS if one not in HISTORY]
     assert len(names) == len(set(names)) == len(QUANTITIES)
     labels = [one.label for one in QUANTITIES.values()]
@@ -44,7 +56,7 @@ def test_what_is_computed_is_in_the_table():
     from snowmpm.results import maps
     from snowmpm.running import audit as diagnostics
 
-    assert units_of(HISTORY) == diagnostics.UNITS and units_of(RASTERS) == maps.UNITS
+    assert units_of(HISTORY) == diagnostics.UNITS and units_of((*RASTERS, *PASSED)) == maps.UNITS
     assert set(diagnostics.UNITS.values()) <= {"kg", "kg m/s", "kg m2/s", "J", "1", "m/s", "m", "s"}
 
 
