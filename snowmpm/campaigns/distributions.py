@@ -20,6 +20,7 @@ DIGITS = 9
 """Significant digits of a value: it is the same after it was written as text."""
 
 Key = Annotated[str, Field(strict=True, min_length=1, max_length=200)]
+Title = Annotated[str, Field(strict=True, min_length=1, max_length=60, pattern=r"^[^\x00-\x1f\x7f]+$")]
 Whole = Annotated[int, Field(strict=True, ge=2, le=10_000)]
 
 
@@ -49,6 +50,10 @@ class Parameter(Spec):
         """Function that tells whether a value, as read from a file, may be one of it."""
         return lambda value: (isinstance(value, int | float) and not isinstance(value, bool)
                               and math.isfinite(value))
+
+    def changes(self, value: Any) -> dict[str, Any]:
+        """Changes of the scene, by key, that a value means."""
+        return dict.fromkeys(self.keys, value)
 
     def quantile(self, u: float) -> Any:
         """Value at the share u, from 0 to 1."""
@@ -211,6 +216,38 @@ class Choices(Parameter):
         return self.values[at]
 
 
+class Scenarios(Choices):
+    """Named scenarios, each of which changes several keys of the scene, such as those of a return period."""
+
+    EXAMPLES: ClassVar = {"sets": {"10 years": {"bodies.0.shape.top": 0.8, "terrain.friction.card": "samos_at_small"},
+                                   "100 years": {"bodies.0.shape.top": 1.4}}}
+
+    distribution: Literal["scenarios"]  # type: ignore[assignment]
+    key: Annotated[tuple[Key, ...], Field(exclude=True)] = ()
+    values: Annotated[tuple[str, ...], Field(exclude=True)] = ()
+    sets: Annotated[dict[Title, Annotated[dict[Key, Any], Field(min_length=1)]], Field(min_length=1, max_length=100)]
+    """changes of the scene by the name of the scenario, as of `--set`"""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        for name in ("key", "values"):
+            if name in given:
+                raise refuse("does not go with distribution = \"scenarios\", whose sets name keys and values", name,
+                             given[name])
+        sets = given.get("sets")
+        return given | {"values": tuple(sets)} if isinstance(sets, dict) else given
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(key for one in self.sets.values() for key in one))
+
+    def changes(self, value: Any) -> dict[str, Any]:
+        return self.sets[value]
+
+
 class Drawn(Parameter):
     """A row of a table of samples, such as a posterior: parameters of one file take the same row."""
 
@@ -223,4 +260,5 @@ class Drawn(Parameter):
     """of the file; the parameter's name when missing"""
 
 
-AnyParameter = Annotated[Uniform | Normal | LogNormal | Choices | Drawn, Field(discriminator="distribution")]
+AnyParameter = Annotated[Uniform | Normal | LogNormal | Choices | Scenarios | Drawn,
+                         Field(discriminator="distribution")]

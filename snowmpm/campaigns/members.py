@@ -238,8 +238,8 @@ def _scene_name(file):
 def _changes(file, values, inputs):
     changes = {}
     for name, value in values.items():
-        for key in file.parameters[name].keys:
-            changes[key] = inputs.named(key, value, file.base_dir, _scene_folder(file))
+        for key, own in file.parameters[name].changes(value).items():
+            changes[key] = inputs.named(key, own, file.base_dir, _scene_folder(file))
     return changes
 
 

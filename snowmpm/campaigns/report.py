@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from snowmpm.campaigns import convergence
+from snowmpm.campaigns import convergence, scenarios
 from snowmpm.campaigns.answers import is_saw_test, samples_the_parameters, summary
+from snowmpm.campaigns.distributions import Scenarios
 from snowmpm.campaigns.listing import curves, listing, numeric_parameters, shown_numbers
 from snowmpm.campaigns.order import orders
 from snowmpm.campaigns.probability import QUANTITIES
@@ -17,6 +18,7 @@ from snowmpm.render.campaign_plot import (
     render_tornado,
 )
 from snowmpm.render.document import Document, Listing, Note, Numbers, Paragraph, Picture, Section, Table
+from snowmpm.render.outline_map import render_outlines
 from snowmpm.render.page import page_of, write_page
 from snowmpm.render.probability_map import render_probability
 from snowmpm.stages import stage
@@ -31,10 +33,22 @@ def write_pictures(campaign, folder=None):
     folder = folder or campaign.folder / "pictures"
     prefix = "" if campaign.variant == campaign.plan.variants[0] else f"{campaign.variant}_"
     with stage("drawing pictures"):
-        sections = [_maps(campaign, folder, prefix), _numbers(campaign, folder, prefix),
-                    _convergence(campaign, folder, prefix)]
+        sections = [draw(campaign, folder, prefix) for draw in (_scenarios, _maps, _numbers, _convergence)]
         page = write_page(campaign.folder / f"{prefix}report.html", page_of(_document(campaign, sections)))
     return [page, *(block.path for section in sections for block in section.blocks if isinstance(block, Picture))]
+
+
+def _scenarios(campaign, folder, prefix):
+    """Outlines and numbers of scenarios, where a campaign has some."""
+    section, found = Section("Scenarios", []), scenarios.done(campaign)
+    if not found:
+        return section
+    section.blocks.append(Listing("\n".join(scenarios.lines(found))))
+    if any("peak_depth" in run.maps for _, run in found):
+        path = render_outlines([(name, run) for name, run in found if "peak_depth" in run.maps],
+                               folder / f"{prefix}scenarios.png", campaign.file.name.replace("_", " "))
+        section.blocks.append(Picture(path, "Affected area of each scenario"))
+    return section
 
 
 def _maps(campaign, folder, prefix):
@@ -80,7 +94,7 @@ def _numbers(campaign, folder, prefix):
             across, lines = curves(campaign, name)
             path = render_curves(name, across, lines, output, dimension=dimension)
             section.blocks.append(Picture(path, f"{quantity(name).label} over {across}"))
-        else:
+        elif not scenarios.has(campaign.file):
             path = render_distribution(name, campaign.values(name), output, dimension=dimension)
             section.blocks.append(Picture(path, f"{quantity(name).label}: share of runs at or above"))
     section.blocks.extend(map(Paragraph, orders(campaign, names)))
@@ -141,6 +155,9 @@ def _document(campaign, sections):
 
 
 def _words(parameter):
+    if isinstance(parameter, Scenarios):
+        return "; ".join(f"{name}: {', '.join(f'{key} = {value}' for key, value in own.items())}"
+                         for name, own in parameter.sets.items())
     data = parameter.model_dump(exclude_none=True, exclude_defaults=True, exclude={"key", "distribution"})
     values = ", ".join(f"{name} {value}" for name, value in data.items())
     return f"{', '.join(parameter.keys)}: {parameter.distribution}, {values}"

@@ -8,7 +8,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from snowmpm.annotations import Floats
 from snowmpm.campaigns.design import COUNTED, RANDOM
-from snowmpm.campaigns.distributions import AnyParameter, Choices, Drawn
+from snowmpm.campaigns.distributions import AnyParameter, Choices, Drawn, Scenarios
 from snowmpm.errors import InputError, did_you_mean
 from snowmpm.quantities.table import QUANTITIES
 from snowmpm.scenes.messages import describe
@@ -225,6 +225,9 @@ class CampaignFile(Spec):
         for name, parameter in self.parameters.items():
             if name in RESERVED or name in QUANTITIES:
                 raise refuse("is the name of a column of results: take another", f"parameters.{name}", name)
+            if isinstance(parameter, Scenarios) and self.calibration:
+                raise refuse("does not go with a calibration, which searches numbers",
+                             f"parameters.{name}.distribution", "scenarios")
             if isinstance(parameter, Drawn) and self.design not in (*RANDOM, "saltelli"):
                 raise refuse(f"does not go with design = \"{self.design}\"", f"parameters.{name}.distribution",
                              "posterior")

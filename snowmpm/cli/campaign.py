@@ -75,6 +75,7 @@ def _print_rows(found):
 
 
 def _conduct(file, output, workers, scheduler, again, quiet, as_json):
+    from snowmpm.campaigns import scenarios
     from snowmpm.campaigns.launch import raise_if_all_failed, run_campaign
     from snowmpm.campaigns.report import write_pictures
 
@@ -94,11 +95,14 @@ def _conduct(file, output, workers, scheduler, again, quiet, as_json):
         raise KeyboardInterrupt(f"interrupted; --resume does the runs that are missing in {folder}") from None
     raise_if_all_failed(found)
     written = write_pictures(found)
+    written[1:1] = scenarios.write(found, found.folder)
     if as_json:
         print_json(_record(found))
     elif not quiet:
         _tell(found)
-        for path in written[:1]:
+        for line in scenarios.told(found):
+            print(f"  {line}")
+        for path in written[: 1 + len(scenarios.FILES)] if scenarios.done(found) else written[:1]:
             print(path)
     return found
 

@@ -18,8 +18,9 @@ def _definitions(wanted: bool):
         from snowmpm.quantities.saw import SAW_TEST
         from snowmpm.quantities.table import GAUGES, HISTORY, IMPACT, NUMBERS, OVER_TIME, PASSED, PATH, RASTERS
 
-        print_definitions({"maps": RASTERS, "maps over time": OVER_TIME, "numbers": NUMBERS, "gauges": (*GAUGES, *PASSED),
-                           "along a path": PATH, "impact": IMPACT, "history": HISTORY, "saw test": SAW_TEST})
+        print_definitions({"maps": RASTERS, "maps over time": OVER_TIME, "numbers": NUMBERS,
+                           "gauges": (*GAUGES, *PASSED), "along a path": PATH, "impact": IMPACT, "history": HISTORY,
+                           "saw test": SAW_TEST})
         raise typer.Exit
 
 

@@ -236,8 +236,10 @@ GAUGES = (
              f"flow_depth deep, was last faster than {MOVING_SPEED:g} m/s.", GAUGED),
     Quantity("gauge_depth", "largest depth at the gauge", "m", "Largest value of the map peak_depth on it.", GAUGED),
     Quantity("gauge_speed", "largest speed at the gauge", "m/s", "Largest value of the map peak_speed on it.", GAUGED),
-    Quantity("gauge_pressure", "largest ρv² at the gauge", "Pa", "Largest value of the map peak_pressure on it.", GAUGED),
-    Quantity("gauge_momentum", "largest hv at the gauge", "m2/s", "Largest value of the map peak_momentum on it.", GAUGED),
+    Quantity("gauge_pressure", "largest ρv² at the gauge", "Pa", "Largest value of the map peak_pressure on it.",
+             GAUGED),
+    Quantity("gauge_momentum", "largest hv at the gauge", "m2/s", "Largest value of the map peak_momentum on it.",
+             GAUGED),
     Quantity("gauge_discharge", "largest discharge", "m3/s", "Largest volume per time that crosses the line in a "
              "frame; positive to the side to which more passed in all.", GAUGED),
     Quantity("gauge_volume", "volume that passed", "m3", "Volume that crossed the line, at the density of the start, "

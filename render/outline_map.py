@@ -1,0 +1,55 @@
+"""Affected areas of several runs on one map."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from snowmpm.annotations import PathLike
+from snowmpm.io import Run
+from snowmpm.io.projection import projection_name
+from snowmpm.io.status import status_of
+from snowmpm.render.figure import check_ending, save
+from snowmpm.render.peak_map import LINE, RELEASE, draw_built, draw_frame, draw_terrain, figure_size, map_box
+
+RAMP = colormaps["plasma"]
+
+
+def render_outlines(runs: Sequence[tuple[str, Run]], output: PathLike, title: str, *, dpi: float = 150) -> Path:
+    """Draw the affected area of each of (name, run) as a line over the terrain of the first, to a PNG, PDF or SVG; ->
+    the path. The runs are of one terrain. Raises InputError for another ending."""
+    check_ending(output)
+    first = runs[0][1]
+    boxes = [np.add(map_box(run), run.origin[:2]) for _, run in runs]
+    lower = np.min([box[0] for box in boxes], axis=0) - first.origin[:2]
+    upper = np.max([box[1] for box in boxes], axis=0) - first.origin[:2]
+    figure = Figure(figsize=figure_size(lower, upper), dpi=dpi, layout="constrained")
+    axes = figure.add_subplot(aspect="equal")
+    if first.terrain is not None and first.terrain.facets.shape[1] == 3:
+        draw_terrain(axes, first, lower, upper)
+    handles = []
+    for k, (name, run) in enumerate(runs):
+        colour = RAMP(0.05 + 0.85 * k / max(1, len(runs) - 1))
+        raster, limit = run.maps["peak_depth"], run.hazard["numbers"]["flow_depth"]
+        # Ten values a cell, so that the line follows the edges of the cells
+        there = np.kron(np.pad((np.nan_to_num(raster.values) >= limit).astype(float), 1), np.ones((10, 10)))
+        x, y = (run.origin[a] + start + raster.cell * (np.arange(n) * 0.1 - 1.45)
+                for a, start, n in ((0, raster.x0, there.shape[1]), (1, raster.y0, there.shape[0])))
+        axes.contour(x, y, there, levels=[0.5], colors=[colour], linewidths=1.8, zorder=4)
+        handles.append(Line2D([], [], color=colour, lw=1.8, label=name))
+        for part in run.hazard.get("release") or ():
+            axes.plot(*np.array(part[0]).T, color=RELEASE, lw=1.2, zorder=5)
+    draw_built(axes, first)
+    axes.legend(handles=handles, loc="best", fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
+    draw_frame(axes, first, f"{title}: affected area", lower, upper)
+    width = max(40, round(12.5 * figure.get_size_inches()[0]))
+    projection = projection_name(first.provenance.get("crs")) or "no projection known: coordinates of the scene"
+    rows = textwrap.wrap(f"{projection}. Results of a model. No hazard assessment.", width)
+    if moving := [name for name, run in runs if not status_of(run).final]:
+        rows += textwrap.wrap(f"NOT FINAL: {', '.join(moving)}.", width)
+    figure.supxlabel("\n".join(rows), fontsize=7, color=LINE if moving else "0.3")
+    return save(figure, output, dpi)

@@ -1,0 +1,98 @@
+"""Scenarios of a campaign side by side: their numbers in one table, their outlines in one file and one picture."""
+
+import math
+
+import numpy as np
+
+from snowmpm.campaigns.distributions import Scenarios
+from snowmpm.draft import write_table
+from snowmpm.errors import shown_line
+from snowmpm.io.status import status_of
+from snowmpm.quantities.classes import PRESSURES
+from snowmpm.quantities.table import quantity
+
+NUMBERS = ("release_volume", "runout", "travel_angle", "reach_of_flow",
+           *(f"reach_of_{p / 1e3:g}_kPa" for p in PRESSURES),
+           "affected_area", *(f"area_above_{p / 1e3:g}_kPa" for p in PRESSURES), "largest_flow_depth",
+           "largest_flow_speed", "largest_flow_pressure", "deposit_area", "deposit_volume", "deposit_mean_depth")
+"""Numbers of the table, in its order."""
+FILES = ("scenarios.csv", "scenarios.gpkg")
+MOST = 40
+"""Runs that are put side by side."""
+
+
+def has(file):
+    """Whether a `CampaignFile` has scenarios."""
+    return any(isinstance(one, Scenarios) for one in file.parameters.values())
+
+
+def done(campaign):
+    """[(name, `Run`)] of the runs of a campaign with scenarios that are done and were kept; [] without scenarios."""
+    if not has(campaign.file):
+        return []
+    members = [one for one in campaign.members if campaign.records.get(one.hash, {}).get("status") == "done"]
+    return [(_name(campaign, one), campaign.run(one.run)) for one in members[:MOST]
+            if campaign.plan.run(one).is_dir()]
+
+
+def _name(campaign, member):
+    """Scenario of a run, and its other parameters."""
+    parameters = campaign.file.parameters
+    return ", ".join(shown_line(value if isinstance(parameters[name], Scenarios) else f"{name} {value}", 60)
+                     for name, value in member.values.items())
+
+
+def _rows(found):
+    """(number, values) of NUMBERS that some of (name, `Run`) have."""
+    numbers = [run.summary.get("hazard") or run.hazard.get("numbers") or {} for _, run in found]
+    rows = [(name, [one.get(name) for one in numbers]) for name in NUMBERS]
+    return [row for row in rows if any(value is not None for value in row[1])]
+
+
+def lines(found):
+    """The numbers of (name, `Run`) as a table for reading, with units."""
+    rows = [["", *(name for name, _ in found)],
+            ["final", *("yes" if status_of(run).final else "no" for _, run in found)]]
+    rows += [[quantity(name).label, *("-" if value is None else quantity(name).text(value) for value in values)]
+             for name, values in _rows(found)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows]
+
+
+def told(campaign):
+    """Lines of the table of a campaign with scenarios, [] of another."""
+    found = done(campaign)
+    return lines(found) if found else []
+
+
+def write(campaign, folder):
+    """Write FILES of a campaign with scenarios; -> the paths, [] of a campaign without."""
+    found = done(campaign)
+    if not found:
+        return []
+    rows = [["status", "whether the run is final", "", *(status_of(run).text for _, run in found)]]
+    rows += [[name, quantity(name).label, quantity(name).unit, *("" if value is None else value for value in values)]
+             for name, values in _rows(found)]
+    written = [write_table(folder / FILES[0], ["name", "label", "unit", *(name for name, _ in found)], rows)]
+    if all("peak_depth" in run.maps for _, run in found):
+        written.append(_outlines(found, folder / FILES[1]))
+    return written
+
+
+def _outlines(found, path):
+    """Affected areas, and where the peak pressure reached each of PRESSURES, as layers with a feature a scenario."""
+    from snowmpm.gis.layers import Layer
+    from snowmpm.gis.outlines import affected, outline
+    from snowmpm.gis.vectors import write_geopackage
+    layers = {}
+    for name, run in found:
+        flows, pressure = affected(run), np.nan_to_num(run.maps["peak_pressure"].values)
+        for layer, limit in (("affected_area", -math.inf), *((f"above_{p / 1e3:g}_kPa", p) for p in PRESSURES)):
+            mask = flows & (pressure >= limit)
+            if mask.any():
+                shape, status = outline(mask, run.maps["peak_depth"], run.origin), status_of(run)
+                about = {"scenario": name, "area_m2": round(shape.area, 2), "final": status.final,
+                         "status": status.text}
+                layers.setdefault(layer, []).append((shape, about))
+    return write_geopackage(path, [Layer(name, "MultiPolygon", own) for name, own in layers.items()],
+                            found[0][1].provenance.get("crs"))
