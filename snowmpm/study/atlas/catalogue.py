@@ -15,6 +15,7 @@ from snowmpm.study.atlas import (
     stretching,
     time_steps,
     transfers,
+    volumes_in_plan,
 )
 
 GROUPS = {
@@ -26,7 +27,7 @@ GROUPS = {
     "bodies and structures": (),
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
-    "depth-averaged flow": columns_in_plan.ENTRIES,
+    "depth-averaged flow": (*columns_in_plan.ENTRIES, *volumes_in_plan.ENTRIES),
     "water in the pores": (),
 }
 for component in components.declared():
