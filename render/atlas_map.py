@@ -47,7 +47,8 @@ def render_atlas(panels, output, *, title, columns=2, dpi=120):
         _draw(axes, panel, norm)
     for axes in grid[len(panels):]:
         axes.set_visible(False)
-    bar = figure.colorbar(ScalarMappable(norm, HOLDS_TO_FAILS), ax=list(grid), location="bottom", fraction=0.03,
+    thin = max(0.03, 0.13 / figure.get_size_inches()[1])  # of a figure of one row: long enough for its labels
+    bar = figure.colorbar(ScalarMappable(norm, HOLDS_TO_FAILS), ax=list(grid), location="bottom", fraction=thin,
                           aspect=50, shrink=0.6, pad=0.01)
     bar.set_ticks([-2, -1, 0, 1, 2], labels=["1/100 or less", "1/10", "limit", "10", "100 or more"])
     bar.set_label("symptom over its limit; black line: measured border", fontsize=9)
