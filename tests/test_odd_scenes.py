@@ -33,6 +33,7 @@ EVERY_LAW = {
               "friction_angle": 30.0, "void_ratio": 0.6, "least_void_ratio": 0.4, "critical_void_ratio_limit": 0.9,
               "critical_void_ratio_drop": 0.3, "density_effect": 0.2},
     "fast": {"card": "wu_fast_sand", "youngs_modulus": 1e6, "reference_pressure": 5e3},
+    "cracking": {"kind": "cohesive_crack", **COMMON, "strength": 1e3, "fracture_energy": 1.0},
     "slush": {"kind": "wet_snow", **COMMON, "friction_angle": 33.0, "cohesion": 500.0, "water_weakening": 23.5,
               "liquid_water": 0.03},
 }

@@ -1,4 +1,5 @@
-"""The same depth-averaged avalanche by three programs, one thread each: run-out, peaks, processor seconds.
+"""The same depth-averaged avalanche by three programs, ours by both schemes, one thread each: run-out, peaks, processor
+seconds.
 
     python tests/benchmarks/depth_peers.py DATA [--mot BINARY] [--rcf FILE] [--avaframe PYTHON] [--runs 3]
                                            [--cells 5] [-o FOLDER]
@@ -57,9 +58,10 @@ def spent(command, strict=True, **options):
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.stdout
 
 
-def ours(data, folder, cell):
-    scene = folder / "scene.toml"
-    scene.write_text(iseesnow.scene(data, CASE, cell, output={"interval": 10.0, "map_cell": max(5.0, cell)}).to_toml())
+def ours(data, folder, cell, scheme):
+    scene, output = folder / "scene.toml", {"interval": 10.0, "map_cell": max(5.0, cell)}
+    solver = {"method": "depth", "dx": cell, "depth": {"scheme": scheme}}
+    scene.write_text(iseesnow.scene(data, CASE, cell, output=output, solver=solver).to_toml())
     seconds, _ = spent([sys.executable, "-m", "snowmpm", "run", scene, "-o", folder / "ours", "--overwrite",
                         "--threads", 1])
     run = snowmpm.open_run(folder / "ours")
@@ -173,7 +175,8 @@ def main():
     data = options.data.resolve()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        programs = {"snowmpm depth": lambda cell: ours(data, folder, cell)}
+        programs = {f"snowmpm, {scheme}": lambda cell, scheme=scheme: ours(data, folder, cell, scheme)
+                    for scheme in ("volumes", "columns")}
         if options.mot:
             programs["MoT-Voellmy"] = lambda cell: mot(options.mot, options.rcf, data, folder, cell)
         if options.avaframe:

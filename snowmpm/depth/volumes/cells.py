@@ -1,13 +1,13 @@
 """The snow in the cells of a flow by finite volumes, as the program reads particles."""
 
 import numpy as np
-from scipy import sparse
 
 from snowmpm.annotations import derived
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.snapshot import EMPTY, spline
 from snowmpm.depth.volumes.arrays import GROUND
+from snowmpm.depth.volumes.plan_sums import plan_sums
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.particles.snapshot_probe import SnapshotProbe
@@ -41,6 +41,7 @@ class FlowCells(Particles):
         self.later = [(float(time), self._spread(population, population.starts == time)[..., 0])
                       for time in np.unique(population.starts[population.starts > 0.0])]
         self.inner(self.state_array)[:] = self._spread(population, population.starts <= 0.0)
+        self.everywhere()
         # Cells are numbered by their place, whether there is snow in them or not
         self.bodies = np.zeros(int(grid.shape.prod()), int)
         self._seen = None
@@ -74,17 +75,24 @@ class FlowCells(Particles):
         """Where the snow of each cell was, once the ground is known. Snow that is found where there was none came from
         somewhere: that is taken to be the highest place of the release."""
         self.origins = np.column_stack([self.grid.places().reshape(-1, 2), self.inner(self.heights).ravel()])
+        self.everywhere()
         wet = (self._all_depth() > LEAST).ravel()
         if wet.any():
             self.origins[~wet] = self.origins[wet][self.origins[wet, 2].argmax()]
 
-    def _flowing(self):
-        """H (nx, ny) of the snow that flows, float64."""
-        return self.inner(self.state_array)[..., 0].astype(float)
+    def everywhere(self):
+        """Snow may be in any cell. The solver narrows `box`, slices (2,) of the cells that may hold some."""
+        self.box = tuple(slice(0, n) for n in self.grid.shape.tolist())
+
+    def _within(self, number):
+        """A number of the state in the cells of `box`, float64: 0 H, 1 and 2 the velocity in plan."""
+        return self.inner(self.state_array)[self.box][..., number].astype(float)
 
     def _all_depth(self):
-        """H (nx, ny) of the snow that flows and of that which lies still, float64."""
-        return sum((H for _, H in self.later), self._flowing())
+        """H in the cells of `box` of the snow that flows and of that which lies still, float64."""
+        if self.later:
+            self.everywhere()
+        return sum((H for _, H in self.later), self._within(0))
 
     def release(self, time):
         """Let snow go whose time has come; -> whether there was some."""
@@ -122,7 +130,7 @@ class FlowCells(Particles):
     def mass(self):
         """Of all snow [kg]."""
         still = sum(float(H.sum()) for _, H in self.later)
-        return (still + float(self.inner(self.state_array)[..., 0].sum(dtype=float))) * self.grid.dx**2 * self.density
+        return (still + float(self._within(0).sum())) * self.grid.dx**2 * self.density
 
     @property
     def sizes(self):
@@ -169,55 +177,27 @@ class FlowCells(Particles):
 
     def momentum(self):
         """Of all snow that flows (3,) [kg m/s]."""
-        H, u, v = (self.inner(self.state_array)[..., k].astype(float) for k in range(3))
-        slope = self.inner(self.ground)
+        H, u, v = (self._within(k) for k in range(3))
+        slope = self.inner(self.ground)[self.box]
         unit = self.density * self.grid.dx**2
         return unit * np.array([(H * u).sum(), (H * v).sum(), (H * (u * slope[..., 0] + v * slope[..., 1])).sum()])
 
     def sums_in_plan(self, lower, cell, shape):
         """Sums over plan cells (`particles.contract.Particles`), each cell spread evenly over those it covers."""
-        H = self._flowing()
-        box = box_of(H > LEAST)
-        if box is None:
-            return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 6))
-        H = np.where(H[box] > LEAST, H[box], 0.0)
-        u, v = (self.inner(self.state_array)[box][..., k].astype(float) for k in (1, 2))
-        slope = self.inner(self.ground)[box]
-        speed2 = u**2 + v**2 + (u * slope[..., 0] + v * slope[..., 1]) ** 2
-        volume = H * self.grid.dx**2
-        mass = volume * self.density
-        sums = volume, mass, mass * np.sqrt(speed2), mass * speed2, volume * u, volume * v
-        return self._over_plan(box, np.stack(sums, axis=-1), lower, cell, shape)
+        return plan_sums(self, self.state_array, LEAST, lower, cell, shape)
 
     def resting_in_plan(self, lower, cell, shape):
         """Volume of snow that waits, and of what was laid down (`particles.contract.Particles`)."""
         parts = [found for of in self.laid_in_plan if (found := of(lower, cell, shape)) is not None]
         volume = sum(parts[1:], parts[0]) if parts else None
-        for _, H in self.later:
+        if self.later:
             volume = np.zeros(shape) if volume is None else volume
-            box = box_of(H > 0.0)
-            window, sums = self._over_plan(box, H[box][..., None] * self.grid.dx**2, lower, cell, shape)
+            self.everywhere()
+            still = np.zeros(self.state_array.shape)
+            self.inner(still)[..., 0] = sum(H for _, H in self.later)
+            window, sums = plan_sums(self, still, 0.0, lower, cell, shape)
             volume[window] += sums[..., 0]
         return volume
-
-    def _over_plan(self, box, values, lower, cell, shape):
-        """Window of plan cells, and sums (columns, rows, k) in it of values (.., .., k) of the cells in the slices
-        `box`, spread evenly."""
-        spread, window = [], []
-        for axis in (0, 1):
-            ends = np.arange(box[axis].start, box[axis].stop + 1)
-            at = (self.grid.lower[axis] + self.grid.dx * ends - lower[axis]) / cell
-            low = int(np.clip(np.floor(at[0] + 1e-9), 0, shape[axis]))
-            high = int(np.clip(np.ceil(at[-1] - 1e-9), low, shape[axis]))
-            edges = np.arange(low, high + 1)
-            shares = np.clip(np.minimum(edges[1:, None], at[None, 1:]) - np.maximum(edges[:-1, None], at[None, :-1]),
-                             0.0, None) / (self.grid.dx / cell)
-            spread.append(sparse.csr_matrix(np.where(shares > 1e-9, shares, 0.0)))
-            window.append(slice(low, high))
-        for part in spread:  # first along x, then along y
-            sums = part @ values.reshape(len(values), -1)
-            values = np.swapaxes(sums.reshape(len(sums), *values.shape[1:]), 0, 1)
-        return tuple(window), values
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
@@ -231,13 +211,8 @@ class FlowCells(Particles):
         self.state_array[:] = state["cells"]
         self.removed = {**state["removed"], "momentum": np.array(state["removed"]["momentum"])}
         self.sorts, self.later = state["sorts"], self.later[len(self.later) - int(state["to_come"]) :]
+        self.everywhere()
         self.changed()
-
-
-def box_of(held):
-    """Slices of the smallest box around the cells (nx, ny) that hold something; None where none does."""
-    some = [np.flatnonzero(held.any(axis=axis)) for axis in (1, 0)]
-    return tuple(slice(one[0], one[-1] + 1) for one in some) if len(some[0]) else None
 
 
 class CellSnapshot:
@@ -245,13 +220,14 @@ class CellSnapshot:
     cells (n, 2) in plan."""
 
     def __init__(self, store, depth):
-        """depth: H (nx, ny), of which what lies still slows the mean of the cell down."""
+        """depth: H in the cells of the box of the store, of which what lies still slows the mean of the cell down."""
         inner = store.inner(store.state_array)
-        self.cells = np.argwhere(depth > LEAST)
-        at = tuple(self.cells.T)
+        within = np.nonzero(depth > LEAST)
+        at = tuple(one + part.start for one, part in zip(within, store.box, strict=True))
+        self.cells = np.column_stack(at)
         self._values, self._ground = inner[at].astype(float), store.inner(store.ground)[at].astype(float)
-        self._values[:, 1:] *= (self._values[:, 0] / depth[at])[:, None]
-        self._values[:, 0] = depth[at]
+        self._values[:, 1:] *= (self._values[:, 0] / depth[within])[:, None]
+        self._values[:, 0] = depth[within]
         self._heights, self._grid = store.inner(store.heights)[at], store.grid
         number = np.ravel_multi_index(at, tuple(store.grid.shape)) if len(self.cells) else np.zeros(0, int)
         self.labels = np.column_stack([np.full(len(number), store.material), number])

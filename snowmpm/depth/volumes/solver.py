@@ -91,7 +91,8 @@ class VolumeSolver(PlanSolver):
             for end, part in ((0, slice(0, MARGIN)), (1, slice(-MARGIN, None))):
                 if self._sides[axis][end] not in (*WALLS, "periodic"):
                     np.moveaxis(outside, axis, 0)[part] = True
-        self._outside = np.flatnonzero(outside)
+        self._outside = outside
+        self._window, self._at_edge = None, True
 
     @property
     def real_numpy(self):
@@ -119,20 +120,48 @@ class VolumeSolver(PlanSolver):
             self._awake -= 1
             return
         self._awake = AWAKE
-        shape = len(self._live) // self._tiles.rows, self._tiles.rows
-        side = arrays.TILE
-        padded = np.zeros((shape[0] * side, shape[1] * side), bool)
-        state = self.particles.state_array
-        padded[: state.shape[0], : state.shape[1]] = state[..., 0] > 0.0
-        held = padded.reshape(shape[0], side, shape[1], side).any(axis=(1, 3))
+        side, state, live = arrays.TILE, self.particles.state_array, self._live.reshape(-1, self._tiles.rows)
+        (i0, i1), (j0, j1) = self._in_window()
+        i0, i1, j0, j1 = max(i0 - 1, 0), min(i1 + 1, live.shape[0]), max(j0 - 1, 0), min(j1 + 1, live.shape[1])
+        wet = state[i0 * side : i1 * side, j0 * side : j1 * side, 0] > 0.0
+        padded = np.zeros(((i1 - i0) * side, (j1 - j0) * side), bool)
+        padded[: wet.shape[0], : wet.shape[1]] = wet
+        held = padded.reshape(i1 - i0, side, j1 - j0, side).any(axis=(1, 3))
         wide = np.pad(held, 1)
-        near = np.any([wide[i : i + shape[0], j : j + shape[1]] for i in range(3) for j in range(3)], axis=0)
-        for tile in np.flatnonzero(self._live & ~near.ravel()):
-            i, j = divmod(int(tile), shape[1])
+        near = np.any([wide[i : i + i1 - i0, j : j + j1 - j0] for i in range(3) for j in range(3)], axis=0)
+        for i, j in np.argwhere((live[i0:i1, j0:j1] > 0) & ~near) + np.array([i0, j0]):
             part = slice(i * side, (i + 1) * side), slice(j * side, (j + 1) * side)
             for array in (self._cells.ahead, self._cells.slopes, self._cells.flux):
                 array.reshape(*state.shape[:2], *array.shape[1:])[part] = 0.0
-        self._live[:] = near.ravel()
+        live[i0:i1, j0:j1] = near
+        self._narrow(near, (i0, j0))
+
+    def _narrow(self, near, corner):
+        """Look for snow no further than where it may be: in the window of the live tiles. Snow that goes over a
+        periodic side comes back anywhere."""
+        some = [np.flatnonzero(near.any(axis=axis)) for axis in (1, 0)]
+        if self.particles.repeats.any() or not len(some[0]):
+            self._everywhere()
+            return
+        self._window = tuple((int(first + one[0]), int(first + one[-1]) + 1)
+                             for first, one in zip(corner, some, strict=True))
+        self._at_edge = bool(self._outside[self._part()].any())
+        self.particles.box = tuple(
+            slice(min(max(low * arrays.TILE - MARGIN, 0), n), min(max(high * arrays.TILE - MARGIN, 0), n))
+            for (low, high), n in zip(self._window, self.grid.shape.tolist(), strict=True))
+
+    def _everywhere(self):
+        """Snow may be in any tile."""
+        self._window, self._at_edge = None, True
+        self.particles.everywhere()
+
+    def _part(self):
+        """Slices (2,) of the cells, those beyond the sides included, that may hold snow."""
+        return tuple(slice(low * arrays.TILE, high * arrays.TILE) for low, high in self._in_window())
+
+    def _in_window(self):
+        """First tile and one past the last, along both axes, of those that may hold snow."""
+        return self._window or ((0, len(self._live) // self._tiles.rows), (0, self._tiles.rows))
 
     def step(self, dt):
         """Advance by dt [s]."""
@@ -170,6 +199,7 @@ class VolumeSolver(PlanSolver):
         if self.particles.release(self.time):
             self.particles.changed()
             self._look()
+            self._everywhere()
             self._awake = 0
 
     def _gain(self):
@@ -218,9 +248,12 @@ class VolumeSolver(PlanSolver):
             for end, part in ((0, slice(0, MARGIN)), (1, slice(grid.shape[axis] + MARGIN, None))):
                 if self._sides[axis][end] in (*WALLS, "periodic"):
                     np.moveaxis(state, axis, 0)[part] = 0.0
-        rows = state.reshape(-1, 3)
-        lost = self._outside[rows[self._outside, 0] > 0.0]
+        if not self._at_edge:
+            return
+        part = self._part()
+        lost = np.argwhere(self._outside[part] & (state[..., 0][part] > 0.0)) + np.array([one.start for one in part])
         if len(lost):
+            lost, rows = np.ravel_multi_index(tuple(lost.T), state.shape[:2]), state.reshape(-1, 3)
             mass = rows[lost, 0].astype(float) * grid.dx**2 * self.particles.density
             plan = rows[lost, 1:].astype(float)
             ground = self.particles.ground.reshape(len(rows), -1)[lost, :2]
@@ -338,6 +371,7 @@ class VolumeSolver(PlanSolver):
         self.frame.check(state["frame"])
         self.particles.restore(state["cells"])
         self._mass, self._awake = state["mass"], 0
+        self._everywhere()
         self.extremes, self._rate = Extremes(**state["extremes"]), state["rate"]
         self.time, self.steps, self.contact_work = state["time"], state["steps"], state["contact_work"]
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
