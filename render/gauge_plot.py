@@ -25,7 +25,7 @@ def render_gauges(run: Run, gauges: Sequence[Gauge], output: PathLike, *, dpi: f
     shown = gauges[:MOST]
     figure = Figure(figsize=(10.0, 2.3 * len(shown) + 0.7), dpi=dpi, layout="constrained")
     status = status_of(run)
-    title = f"{run.name.replace('_', ' ')}: gauges" + ("" if status.final else " (NOT FINAL)")
+    title = f"{run.title.replace('_', ' ')}: gauges" + ("" if status.final else " (NOT FINAL)")
     if len(gauges) > len(shown):
         title += f", the first {len(shown)} of {len(gauges)}"
     figure.suptitle(title, fontsize=13, fontweight="bold", color="#11161c" if status.final else LATE)
@@ -62,4 +62,5 @@ def _pair(axes, time, first, second):
         one.set_ylabel(label, color=colour)
         one.spines["top"].set_visible(False)
         one.tick_params(labelsize=9, color="0.5")
-        one.set_ylim(bottom=min(0.0, float(values.min())))
+        least, most = min(0.0, float(values.min())), float(values.max())
+        one.set_ylim(bottom=1.05 * least, top=max(1.05 * most, least + 1e-3))

@@ -89,7 +89,11 @@ class MapSheet:
         if Path(output).suffix.lower() != ".png":
             raise InputError.at("output", str(output), "must end in .png")
         largest = max(float(np.nanmax(_known(self._run, name).values)) for name in BEFORE_AFTER)
-        both = [self._picture(self.figure(name, largest)) for name in BEFORE_AFTER]
+        both = []
+        for name in BEFORE_AFTER:
+            figure, raster = self.figure(name, largest), self._run.maps[name]
+            _head(self._bar, quantity(name).text(float(np.nanmax(raster.values))))
+            both.append(self._picture(figure))
         sheet = Image.new("RGB", (sum(one.width for one in both), max(one.height for one in both)), "white")
         sheet.paste(both[0], (0, 0))
         sheet.paste(both[1], (both[0].width, 0))
@@ -261,8 +265,13 @@ def draw_raster(figure, axes, run, raster, name, pale, largest=None, place=None)
     bar = figure.colorbar(drawn_bar, **where, spacing="uniform", ticks=bounds[:-1])
     bar.ax.set_yticklabels([f"{bound / classes.scale:g}" for bound in bounds[:-1]])
     bar.set_label(f"{quantity(name).label}  [{classes.unit}]")
-    bar.ax.set_title(f"max {quantity(name, raster.units).text(largest)}", fontsize=9, loc="left")
+    _head(bar.ax, quantity(name, raster.units).text(largest))
     return image, bar.ax
+
+
+def _head(bar, text):
+    """Heading of a colour bar, in its middle: further right, it would leave the picture."""
+    bar.set_title(f"max {text}", fontsize=8.5)
 
 
 def shown_values(values, name):

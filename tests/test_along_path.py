@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
-from snowmpm.io.reader import Map
-from snowmpm.results.along_path import along_path, along_thalweg, sections
+from snowmpm.errors import InputError
+from snowmpm.io.reader import Map, Terrain
+from snowmpm.results.along_path import FURTHER, along_path, extended, sections
 
 CELL = 5.0
 LINE = np.array([[112.5, 410.0], [500.0, 380.0], [900.0, 520.0], [1250.0, 500.0]])
@@ -45,7 +46,8 @@ def maps(turn=0.0):
 
 def test_the_numbers_are_those_of_aimec():
     found, line, height = maps()
-    numbers = along_path(found, np.zeros(2), line, height)
+    numbers, beyond = along_path(found, np.zeros(2), line, height)
+    assert not beyond
     for name in ("path_pressure", "path_thickness", "path_speed"):
         assert numbers[name] == pytest.approx(AIMEC[name], rel=1e-3)
     for name in ("path_runout", "path_delta"):
@@ -63,9 +65,9 @@ def test_the_direction_in_which_a_path_is_drawn_does_not_matter():
 @pytest.mark.parametrize("degrees", [30.0, 90.0, 200.0])
 def test_a_turned_scene_has_the_same_numbers(degrees):
     found, line, height = maps()
-    first = along_path(found, np.zeros(2), line, height)
+    first, _ = along_path(found, np.zeros(2), line, height)
     found, line, height = maps(np.radians(degrees))
-    second = along_path(found, np.zeros(2), line, height)
+    second, _ = along_path(found, np.zeros(2), line, height)
     for name in ("path_runout", "path_delta", "path_fall"):
         assert second[name] == pytest.approx(first[name], abs=CELL)
     for name in ("path_pressure", "path_thickness", "path_area"):
@@ -80,14 +82,14 @@ def test_a_flow_further_by_some_cells_runs_out_further_by_as_many():
         way = np.zeros((180, 280))
         way[80:86, 22 : 120 + shift] = 5e3
         values[shift] = along_path({"peak_pressure": Map(way, 2.5, 2.5, CELL, "Pa"), "peak_depth": found["peak_depth"]},
-                                   np.zeros(2), straight, height)["path_runout"]
+                                   np.zeros(2), straight, height)[0]["path_runout"]
     assert values[7] - values[0] == pytest.approx(7 * CELL, abs=0.1 * CELL)
 
 
 def test_nothing_above_the_pressure():
     found, line, height = maps()
     found["peak_pressure"] = Map(np.minimum(found["peak_pressure"].values, 900.0), 2.5, 2.5, CELL, "Pa")
-    numbers = along_path(found, np.zeros(2), line, height)
+    numbers, _ = along_path(found, np.zeros(2), line, height)
     assert "path_runout" not in numbers and numbers["path_area"] == 0.0 and numbers["path_pressure"] < 901.0
 
 
@@ -100,10 +102,35 @@ def test_cross_sections_stand_on_the_path():
     assert np.abs(np.einsum("ij,j->i", across[:1], LINE[1] - LINE[0])) < 1e-6  # normal to the first piece
 
 
-def test_along_a_thalweg():
+def test_a_thalweg_is_extended_straight():
+    way = np.concatenate([np.linspace(a, b, 50)[:-1] for a, b in itertools.pairwise(LINE)] + [LINE[-1:]])
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
+    found = extended({"x": way[:, 0], "y": way[:, 1], "s": s})
+    np.testing.assert_array_equal(found[:-1], way)
+    further = found[-1] - way[-1]
+    assert np.linalg.norm(further) == pytest.approx(FURTHER * s[-1])
+    assert further @ (LINE[3] - LINE[2]) == pytest.approx(np.linalg.norm(further) * np.linalg.norm(LINE[3] - LINE[2]))
+
+
+def test_a_path_that_ends_in_the_flow():
     found, line, height = maps()
-    way = np.concatenate([np.linspace(a, b, 50)[:-1] for a, b in itertools.pairwise(line)] + [line[-1:]])
-    profile = {"x": way[:, 0], "y": way[:, 1], "z": height(way)}
-    numbers = along_thalweg(found, np.zeros(2), profile)
-    assert numbers["path_runout"] == pytest.approx(AIMEC["path_runout"], abs=CELL)
-    assert numbers["path_fall"] == pytest.approx(AIMEC["path_fall"], abs=CELL)
+    numbers, beyond = along_path(found, np.zeros(2), line[:3], height)
+    assert beyond and numbers["path_runout"] == pytest.approx(np.linalg.norm(np.diff(line[:3], axis=0), axis=1).sum())
+
+
+@pytest.mark.parametrize(("line", "words"), [
+    ([[1e6, 0.0], [1e6 + 100.0, 0.0]], "lies beside the maps"), ([[0.0, 0.0], [1e8, 0.0]], "too many"),
+    ([[0.0, 0.0], [1e300, 0.0]], "too many"),
+])
+def test_paths_that_are_refused(line, words):
+    found, _, height = maps()
+    with pytest.raises(InputError, match=words):
+        along_path(found, np.zeros(2), np.array(line), height)
+
+
+def test_heights_of_the_ground_of_a_run():
+    vertices = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 5.0], [0.0, 10.0, 2.0], [10.0, 10.0, 9.0]])
+    ground = Terrain(vertices, np.array([[0, 1, 2], [1, 3, 2]]))
+    heights = ground.heights(np.array([[0.0, 0.0], [2.0, 4.0], [10.0, 10.0], [8.0, 8.0], [11.0, 0.0]]))
+    np.testing.assert_allclose(heights[:4], [0.0, 1.0 + 0.8, 9.0, 7.2 - 0.4 + 0.2 - 0.4 + 0.2], atol=1e-9)
+    assert np.isnan(heights[4])

@@ -56,7 +56,8 @@ def lines(found):
     rows += [[quantity(name).label, *("-" if value is None else quantity(name).text(value) for value in values)]
              for name, values in _rows(found)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows]
+    table = ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows]
+    return table + [f"{name}: {status.text}" for name, run in found if not (status := status_of(run)).final]
 
 
 def told(campaign):

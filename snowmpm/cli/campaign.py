@@ -155,12 +155,16 @@ def _tell(found):
 
 def maps(folder: Folder, output: Output = None, variant: VariantName = None, quiet: Quiet = False):
     """Write the maps of a campaign as GeoTIFF: probabilities with their intervals, quantiles, agreement."""
+    from snowmpm.campaigns import scenarios
     from snowmpm.campaigns.campaign import Campaign
     from snowmpm.campaigns.cluster import require_cluster
     from snowmpm.campaigns.geotiff import write_geotiffs
 
     require_cluster()
     found = Campaign(folder, variant)
+    if scenarios.has(found.file):
+        raise InputError(f"{folder}: scenarios are no sample, so that shares of them are no probabilities; their"
+                         f" outlines are in {folder / scenarios.FILES[1]}")
     for path in write_geotiffs(found, output or folder / "geotiff"):
         if not quiet:
             print(path)

@@ -122,7 +122,7 @@ def _asked(run, files, pictures):
     given = {name: path for name, path in files.items() if path is not None}
     if pictures:
         if given:
-            raise InputError(f"--{next(iter(given))}: not with --pictures: the gis extra reads its file")
+            raise InputError(f"--{next(iter(given))}: not with --pictures, which writes pictures of the run alone")
         return None
     from snowmpm.gis.asked import asked_of
 

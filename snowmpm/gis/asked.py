@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from snowmpm import overwriting
-from snowmpm.results.along_path import along_path, along_thalweg
+from snowmpm.results.along_path import along_path, extended
 
-ROUGH = 0.1
-"""Difference of the volume of the frames from that of the steps, above which the discharge is warned of."""
+ROUGH = 0.05
+"""Difference of the volume by the frames from that by the steps, over all that crossed the line either way, above which
+the discharge is warned of."""
 
 
 @dataclass(frozen=True)
@@ -42,23 +43,30 @@ def _gauges(run, path):
     from snowmpm.io.gauges import gauges
 
     overwriting.reads(path)
-    found = gauges(run, read_places(path, run))
-    rough = [one.place.name for one in found if abs(one.numbers.get("gauge_scaled", 1.0) - 1.0) > ROUGH]
+    found = gauges(run, read_places(path, run), f"--gauges = {str(path)!r}")
+    rough = [repr(one.place.name) for one in found if one.place.is_line and abs(
+        one.numbers["gauge_frames"] - one.numbers["gauge_volume"]) > ROUGH * one.numbers["gauge_both_ways"]]
     if rough:
-        warnings.warn(f"--gauges: across {', '.join(rough)} the frames add up to another volume than the steps, by"
-                      " which their discharge is scaled (gauge_scaled): they are too far apart (output.interval), or"
-                      " the ground is steep. The volume holds.", stacklevel=2)
+        warnings.warn(f"--gauges: across {', '.join(rough)} the frames add up to another volume than the steps"
+                      " (gauge_frames): their discharge is doubtful, since frames are too far apart (output.interval)"
+                      " or the ground is steep. The volume of the steps holds.", stacklevel=2)
     return found
 
 
 def _along(run, path):
+    profile = run.hazard.get("profile")
+    if run.terrain is None or "peak_pressure" not in run.maps or not (path or profile):
+        return {}
     if path is None:
-        profile = run.hazard.get("profile")
-        return along_thalweg(run.maps, run.origin[:2], profile) if profile else {}
-    from snowmpm.gis.lines import read_path
-    from snowmpm.terrain.surface import TerrainSurface
+        line, where = extended(profile), f"{run.path}: its thalweg"
+    else:
+        from snowmpm.gis.lines import read_path
 
-    overwriting.reads(path)
-    ground = TerrainSurface.sheet(run.terrain.vertices, run.terrain.facets)
-    return along_path(run.maps, run.origin[:2], read_path(path, run),
-                      lambda places: ground.height(places - run.origin[:2]) + run.origin[2])
+        overwriting.reads(path)
+        line, where = read_path(path, run), f"--path = {str(path)!r}"
+    numbers, beyond = along_path(run.maps, run.origin[:2], line, lambda places: run.terrain.heights(
+        places - run.origin[:2]) + run.origin[2], where)
+    if beyond:
+        warnings.warn(f"{where}: the peak pressure is above 1 kPa at its end: its run-out is the length of the path",
+                      stacklevel=2)
+    return numbers

@@ -35,9 +35,6 @@ def layers_of(run, observed=None):
     if "peak_depth" not in run.maps or "flow_depth" not in run.hazard.get("numbers", {}):
         raise InputError(f"{run.path}: no outlines: they are made of the maps of runs in three dimensions on"
                          " terrain, at their end")
-    shapes = {raster.values.shape for raster in run.maps.values()}
-    if len(shapes) > 1:
-        raise InputError(f"{run.path}: its maps have different cells: they are not of this program")
     numbers, status = run.hazard["numbers"], status_of(run)
     common = {"run": run.name, "final": status.final, "status": status.text}
     found = [Layer("affected_area", "MultiPolygon", [_area(run, affected(run), "peak_depth", common)])]

@@ -1,5 +1,6 @@
 """Lines and points that a user asks about: read from vector files; what flowed past gauges as tables and layers."""
 
+import itertools
 import math
 
 import numpy as np
@@ -54,10 +55,13 @@ def _system(run):
 
 def _told_apart(places):
     """Places whose names differ: those of one name are numbered."""
-    names, found = [one.name for one in places], []
+    names, taken, found = [one.name for one in places], set(), []
     for one in places:
-        k = sum(other.name == one.name for other in places[: len(found) + 1])
-        found.append(Place(f"{one.name} {k}", one.corners) if names.count(one.name) > 1 else one)
+        numbered = (f"{one.name} {k}" for k in itertools.count(1))
+        free = one.name if names.count(one.name) == 1 else next(
+            name for name in numbered if name not in taken and name not in names)
+        taken.add(free)
+        found.append(Place(free, one.corners))
     return found
 
 

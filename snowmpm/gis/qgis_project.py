@@ -9,12 +9,12 @@ from snowmpm.gis.temporal import add_moments
 from snowmpm.io.projection import epsg_of
 from snowmpm.quantities.table import quantity
 
-SHOWN = ("runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed", "release", "affected_area",
-         "peak_pressure")
+SHOWN = ("gauge_points", "gauge_lines", "runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed",
+         "release", "affected_area", "peak_pressure")
 """Layers visible when the project opens."""
 
-ORDER = ("runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed", "release", "affected_area",
-         "deposit", "pressure_classes")
+ORDER = ("gauge_points", "gauge_lines", "runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed",
+         "release", "affected_area", "deposit", "pressure_classes")
 
 
 def write_project(path, run, layers, geopackage, moments=()):

@@ -11,7 +11,7 @@ VERSION = "3.22.0"
 
 LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f", "thalweg": "#101418",
          "runout_line": "#e0201b", "runout_point": "#e0201b", "observed": "#19c5ff",
-         "obstacles": "#8a8a8a", "dams": "#8a8a8a"}
+         "obstacles": "#8a8a8a", "dams": "#8a8a8a", "gauge_lines": "#7d1c6d", "gauge_points": "#7d1c6d"}
 """Colours of vector layers; pressure classes have those of their raster."""
 
 

@@ -132,6 +132,9 @@ def _check_tables(h5, path):
         place = [float(data.attrs[name]) for name in ("x0", "y0", "cell")]
         if not np.isfinite(place).all() or not place[2] > 0.0 or 0 in data.shape:
             raise InputError(f"{path}: {data.name} has no place in plan")
+    places = {(data.shape, *(float(data.attrs[name]) for name in ("x0", "y0", "cell"))) for data in h5["maps"].values()}
+    if len(places) > 1:
+        raise InputError(f"{path}: its maps have different cells: they are not of this program")
     frames = int(h5["VTKHDF/Steps"].attrs["NSteps"])
     for group in h5.get(OBSTACLES, {}).values():
         if set(group) - {SKIN} != {"vertices", "facets", *LOADS, *POSES}:

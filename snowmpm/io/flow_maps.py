@@ -64,15 +64,36 @@ class FlowMaps:
     def flow(self, i):
         """Depth [m], speed, and velocity to the east and to the north [m/s] in frame `i`; 0 where no snow is."""
         raster, frame = self._raster, self._run.frame(i)
-        rows, columns = raster.values.shape
         plan = np.asarray(frame.points, float)[:, :2]
-        column = np.floor((plan[:, 0] - raster.x0) / raster.cell + 0.5)
-        row = np.floor((plan[:, 1] - raster.y0) / raster.cell + 0.5)
+        own = np.asarray(frame.fields.get("depth", 0.0), float).ravel()
+        wide = float(self._run.provenance.get("dx") or 0.0)
+        if own.any() and wide > 1.01 * raster.cell:  # each row stands for several map cells
+            return self._spread(*self._binned(frame, plan, own, plan[0] - 0.5 * wide, wide), plan[0], wide)
+        return self._binned(frame, plan, own, np.array([raster.x0, raster.y0]) - 0.5 * raster.cell, raster.cell,
+                            raster.values.shape)[0]
+
+    def _spread(self, found, first, place, wide):
+        """Arrays `found` in cells of side `wide` [m], of which the one at `place` (2,) has the numbers -first (2,), in
+        the cells of the maps."""
+        raster = self._raster
+        row, column = np.indices(raster.values.shape)
+        at = np.stack([raster.x0 + raster.cell * column, raster.y0 + raster.cell * row], axis=-1)
+        column, row = np.moveaxis(np.floor((at - place) / wide + 0.5).astype(int) - first, -1, 0)
+        rows, columns = found[0].shape
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        cell = (row * columns + column)[inside].astype(np.int64)
+        return tuple(np.where(inside, one[row.clip(0, rows - 1), column.clip(0, columns - 1)], 0.0) for one in found)
+
+    def _binned(self, frame, plan, own, low, side, shape=None):
+        """Those of `flow` in cells of this side [m] from the corner low (2,), and the number (2,) of the first cell;
+        shape (rows, columns), around all of the snow when missing."""
+        column, row = np.floor((plan - low) / side).astype(np.int64).T
+        first = np.zeros(2, np.int64) if shape else np.array([column.min(), row.min()])
+        column, row = column - first[0], row - first[1]
+        rows, columns = shape or (int(row.max()) + 1, int(column.max()) + 1)
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        cell = (row * columns + column)[inside]
         velocity = np.asarray(frame.fields["velocity"], float)[inside]
         speed = np.linalg.norm(velocity, axis=1)
-        own = np.asarray(frame.fields.get("depth", 0.0), float).ravel()
 
         def total(weights=None):
             return np.bincount(cell, weights, minlength=rows * columns)
@@ -82,10 +103,10 @@ class FlowMaps:
             depth = total(weight) / np.maximum(total(), 1)
         else:
             weight = first_volumes(self._run, frame)[inside]
-            depth = total(weight) / raster.cell**2
+            depth = total(weight) / side**2
         held = np.maximum(total(weight), 1e-300)
         means = (total(weight * one) / held for one in (speed, velocity[:, 0], velocity[:, 1]))
-        return tuple(one.reshape(rows, columns) for one in (depth, *means))
+        return tuple(one.reshape(rows, columns) for one in (depth, *means)), first
 
     def _upright(self, plan):
         """Cosine (n,) of the slope of the ground under places (n, 2): of the nearest facet."""

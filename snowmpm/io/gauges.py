@@ -5,15 +5,16 @@ With the vertical depth H, the velocity in plan w and the normal n of a line,
     discharge = integral of H w.n along the line [m3/s],   volume = integral of the discharge over time [m3]
 
 Volume, what was largest, arrival and duration come from the maps of the run, which it keeps up between its frames; of
-the volume these are the time integrals of H w. Depth, speed, pressure and discharge over time come from the frames, in
-the cells of the maps (`io.flow_maps`). Between frames they are taken to change linearly; the discharge is scaled so
-that it adds up to the volume. By how much it is (`gauge_scaled`) says how well the frames resolve the passage.
+the volume these are the time integrals of H w, linear between the middles of map cells. Depth, speed, pressure and
+discharge over time come from the frames, in the cells of the maps (`io.flow_maps`), and change linearly between them:
+`gauge_frames`, the volume by the frames alone, says how well they resolve the passage.
+
+A point is the map cell that it lies in; of a line those count that it runs through.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from snowmpm.errors import InputError
 from snowmpm.io.flow_maps import FlowMaps
@@ -75,51 +76,58 @@ class _Points:
         self.normals = np.column_stack([along[:, 1], -along[:, 0]])[part]
 
 
-def gauges(run, places):
-    """[`Gauge`] of a `Run` at `Place`s. Raises InputError for a run without maps or velocities, and for a place that
-    lies beside its maps."""
+def gauges(run, places, where="--gauges"):
+    """[`Gauge`] of a `Run` at `Place`s; where: they come from, for messages. Raises InputError for a run without maps
+    or velocities, for a place that lies beside its maps, and for too many points."""
     if "peak_depth" not in run.maps or "velocity" not in run.field_names:
         raise InputError(f"{run.path}: no gauges: they need the maps of a run in three dimensions, made at its end, and"
                          " frames with velocity")
     if run.passed is None:
         raise InputError(f"{run.path}: no gauges: its maps were made by an older version; run the scene again")
     raster = run.maps["peak_depth"]
-    length = sum(float(np.linalg.norm(np.diff(one.corners, axis=0), axis=1).sum()) for one in places)
-    if PER_CELL * length / raster.cell > MOST_POINTS:
-        raise InputError(f"--gauges: lines of {length:.3g} m altogether: at most"
-                         f" {MOST_POINTS * raster.cell / PER_CELL:.3g} m on maps with cells of {raster.cell:g} m")
+    _require_few(places, raster.cell, where)
     points = [_Points(one, raster.cell) for one in places]
-    found, times = FlowMaps(run), np.asarray(run.times, float)
-    at = [((one.places - run.origin[:2] - [raster.x0, raster.y0]) / raster.cell).T[::-1] for one in points]
-    for place, inside in zip(places, at, strict=True):
-        last = np.array(raster.values.shape)[:, None] - 0.5
-        if ((inside < -0.5) | (inside > last)).any(axis=0).all():
-            raise InputError(f"--gauges: {place.name} lies beside the maps of {run.path}: is its coordinate system"
+    for place, one in zip(places, points, strict=True):
+        if not raster.holds(one.places - run.origin[:2]).any():
+            raise InputError(f"{where}: {place.name!r} lies beside the maps of {run.path}: is its coordinate system"
                              " right?")
+    found, times = FlowMaps(run), np.asarray(run.times, float)
     density = _density(run)
     rows = [np.zeros((len(times), 4)) for _ in places]
     for i in counted(range(len(times)), "reading frames", "frames"):
         depth, speed, east, north = found.flow(i)
         deep = np.where(depth >= found.limit, speed, 0.0)
-        for one, inside, row in zip(points, at, rows, strict=True):
-            here, u, v, fast = (map_coordinates(values, inside, order=1, mode="constant") for values in (
-                depth, depth * east, depth * north, deep))
-            row[i] = (here.max(), fast.max(), density * fast.max() ** 2,
+        for one, row in zip(points, rows, strict=True):
+            plan = one.places - run.origin[:2]
+            here, fast = (replace(raster, values=values).nearest(plan) for values in (depth, deep))
+            u, v = (replace(raster, values=depth * values).between(plan) for values in (east, north))
+            row[i] = (np.nanmax(here, initial=0.0), np.nanmax(fast, initial=0.0),
+                      density * np.nanmax(fast, initial=0.0) ** 2,
                       (one.steps * (u * one.normals[:, 0] + v * one.normals[:, 1])).sum())
     return [_gauge(run, place, one, times, row) for place, one, row in zip(places, points, rows, strict=True)]
+
+
+def _require_few(places, cell, where):
+    """Raises InputError for more than MOST_POINTS points on lines, before they are made."""
+    count = sum(len(one.corners) + PER_CELL * float(np.linalg.norm(np.diff(one.corners, axis=0), axis=1).sum()) / cell
+                for one in places)
+    if not count <= MOST_POINTS:
+        raise InputError(f"{where}: lines with {count:.3g} points on maps with cells of {cell:g} m: at most"
+                         f" {MOST_POINTS:g}; take shorter lines, with fewer corners")
 
 
 def _density(run):
     """Density of the snow at the start [kg/m3]: the mean over the release."""
     numbers = run.hazard.get("numbers", {})
     volume = numbers.get("release_volume") or 0.0
-    return numbers["release_mass"] / volume if volume > 0.0 else 0.0
+    return numbers.get("release_mass", 0.0) / volume if volume > 0.0 else 0.0
 
 
 def _gauge(run, place, points, times, rows):
     series = {"time": times, "depth": rows[:, 0], "speed": rows[:, 1], "pressure": rows[:, 2]}
+    plan = points.places - run.origin[:2]
     profile = {"s": points.s, "x": points.places[:, 0], "y": points.places[:, 1],
-               **{name: _on(run, name, points.places) for name in PROFILE if name in run.maps}}
+               **{name: run.maps[name].nearest(plan) for name in PROFILE if name in run.maps}}
     numbers = {number: float(np.nanmax(profile[name], initial=0.0)) for number, name in PEAKS.items()
                if name in profile}
     arrival = profile.get("arrival_time", np.full(1, np.nan))
@@ -129,35 +137,16 @@ def _gauge(run, place, points, times, rows):
         until = arrival[reached] + profile["flow_duration"][reached]
         numbers["gauge_duration"] = float(until.max() - numbers["gauge_arrival"])
     if place.is_line:
-        through = np.stack([_between(run, one, points.places) for one in run.passed], axis=1)
-        volume = float((points.steps * (through * points.normals).sum(axis=1)).sum())
-        by_frames = float(_integral(times, rows[:, 3])[-1])
-        scale = volume / by_frames if abs(by_frames) > 0.1 * abs(volume) else 1.0
-        side = -1.0 if volume < 0.0 else 1.0
-        discharge = side * scale * rows[:, 3]
-        series |= {"discharge": discharge, "volume": _integral(times, discharge)}
-        numbers |= {"gauge_discharge": float(max(0.0, discharge.max())), "gauge_volume": side * volume,
-                    "gauge_scaled": scale}
+        through = np.stack([one.between(plan) for one in run.passed], axis=1)
+        passed = points.steps * (through * points.normals).sum(axis=1)
+        side = -1.0 if passed.sum() < 0.0 else 1.0
+        series |= {"discharge": side * rows[:, 3], "volume": _integral(times, side * rows[:, 3])}
+        numbers |= {"gauge_discharge": float(max(0.0, series["discharge"].max())),
+                    "gauge_volume": side * float(passed.sum()), "gauge_both_ways": float(np.abs(passed).sum()),
+                    "gauge_frames": float(series["volume"][-1])}
     return Gauge(place, numbers, series, profile if place.is_line else {})
 
 
 def _integral(times, values):
     """Integral over time up to each time, by the trapezoidal rule."""
     return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (values[1:] + values[:-1]))])
-
-
-def _between(run, raster, places):
-    """Values of a raster at places (k, 2), linear between the middles of its cells; 0 without snow."""
-    at = (places - run.origin[:2] - [raster.x0, raster.y0]) / raster.cell
-    return map_coordinates(np.nan_to_num(raster.values).astype(float), at.T[::-1], order=1, mode="constant")
-
-
-def _on(run, name, places):
-    """Values of a map in the cells of places (k, 2); NaN beside it."""
-    raster = run.maps[name]
-    column, row = np.floor((places - run.origin[:2] - [raster.x0, raster.y0]) / raster.cell + 0.5).astype(int).T
-    rows, columns = raster.values.shape
-    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-    found = np.full(len(places), np.nan)
-    found[inside] = raster.values[row[inside], column[inside]]
-    return found

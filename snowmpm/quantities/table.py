@@ -138,7 +138,7 @@ RASTERS = (
     Quantity("arrival_time", "arrival time", "s", "When the flow first was at least flow_depth deep; 0 in the release.",
              MAPS),
     Quantity("flow_duration", "duration of the flow", "s", "From the arrival time until the flow, at least flow_depth "
-             f"deep, was last faster than {MOVING_SPEED:g} m/s.", MAPS),
+             f"deep, was last faster than {MOVING_SPEED:g} m/s; as long as the run at most.", MAPS),
 )
 
 PASSED = (
@@ -230,30 +230,33 @@ IMPACT = (
 )
 
 GAUGES = (
-    Quantity("gauge_arrival", "arrival at the gauge", "s", "Least arrival time on the line, or at the point.",
-             GAUGED),
+    Quantity("gauge_arrival", "arrival at the gauge", "s", "Least arrival time in the map cells that the line runs "
+             "through, or that the point lies in; none where the flow was never flow_depth deep.", GAUGED),
     Quantity("gauge_duration", "duration at the gauge", "s", "From the arrival there until the flow on it, at least "
-             f"flow_depth deep, was last faster than {MOVING_SPEED:g} m/s.", GAUGED),
-    Quantity("gauge_depth", "largest depth at the gauge", "m", "Largest value of the map peak_depth on it.", GAUGED),
-    Quantity("gauge_speed", "largest speed at the gauge", "m/s", "Largest value of the map peak_speed on it.", GAUGED),
-    Quantity("gauge_pressure", "largest ρv² at the gauge", "Pa", "Largest value of the map peak_pressure on it.",
+             f"flow_depth deep, was last faster than {MOVING_SPEED:g} m/s; as long as the run at most.", GAUGED),
+    Quantity("gauge_depth", "largest depth at the gauge", "m", "Largest peak_depth in its map cells.", GAUGED),
+    Quantity("gauge_speed", "largest speed at the gauge", "m/s", "Largest peak_speed in its map cells.", GAUGED),
+    Quantity("gauge_pressure", "largest ρv² at the gauge", "Pa", "Largest peak_pressure in its map cells.",
              GAUGED),
-    Quantity("gauge_momentum", "largest hv at the gauge", "m2/s", "Largest value of the map peak_momentum on it.",
+    Quantity("gauge_momentum", "largest hv at the gauge", "m2/s", "Largest peak_momentum in its map cells.",
              GAUGED),
     Quantity("gauge_discharge", "largest discharge", "m3/s", "Largest volume per time that crosses the line in a "
              "frame; positive to the side to which more passed in all.", GAUGED),
     Quantity("gauge_volume", "volume that passed", "m3", "Volume that crossed the line, at the density of the start, "
              "less what came back: a sum over the steps of the run.", GAUGED),
-    Quantity("gauge_scaled", "volume over that of the frames", "1", "gauge_volume over what the frames alone add up "
-             "to: the factor of the discharge. Far from 1, they are too few for the passage.", GAUGED),
+    Quantity("gauge_both_ways", "volume that crossed either way", "m3", "As gauge_volume, with what came back added.",
+             GAUGED),
+    Quantity("gauge_frames", "volume by the frames", "m3", "Integral of the discharge over time. Off gauge_volume by "
+             "more than 5 % of gauge_both_ways, the discharge is doubtful: frames are too far apart.", GAUGED),
 )
 
 PATH = (
-    Quantity("path_runout", "run-out along the path", "m", "Length of the path in plan to the last cross-section on "
-             "which the peak pressure exceeds 1 kPa: sRunout of AvaFrame's AIMEC.", ALONG),
-    Quantity("path_runout_x", "its place, east", "m", "Place of the largest peak pressure on that cross-section.",
-             ALONG, 1),
-    Quantity("path_runout_y", "its place, north", "m", "As path_runout_x.", ALONG, 1),
+    Quantity("path_runout", "run-out along the path", "m", "Length in plan, from the upper end of the path, to the "
+             "last cross-section on which the peak pressure exceeds 1 kPa: sRunout of AvaFrame's AIMEC. The path is "
+             "the one that is given, else the thalweg, extended straight by 0.3 of its length.", ALONG),
+    Quantity("path_runout_x", "run-out along the path, east", "m", "Place of the largest peak pressure on that "
+             "cross-section.", ALONG, 1),
+    Quantity("path_runout_y", "run-out along the path, north", "m", "As path_runout_x.", ALONG, 1),
     Quantity("path_delta", "length that was reached", "m", "From the first such cross-section to the last: deltaSXY "
              "of AIMEC.", ALONG),
     Quantity("path_fall", "fall along the path", "m", "Height of the path at the first above that at the last: deltaZ "

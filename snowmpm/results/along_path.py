@@ -17,13 +17,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.ndimage import map_coordinates
-from scipy.spatial import cKDTree
+
+from snowmpm.errors import InputError
+from snowmpm.quantities.thalweg import ahead_of
 
 WIDTH = 600.0
 """Width of the cross-sections [m]."""
 PRESSURE = 1e3
 """Peak pressure [Pa] above which a place is reached."""
+FURTHER = 0.3
+"""Share of its length by which the thalweg is extended straight, as AIMEC extends a path: it ends at the run-out."""
+MOST = 5_000_000
+"""Places on all cross-sections."""
 MAXIMA = {"path_pressure": "peak_pressure", "path_thickness": "peak_thickness", "path_speed": "peak_speed"}
 """Number: map whose largest value on the cross-sections it is."""
 
@@ -60,14 +65,17 @@ def sections(line, cell, width=WIDTH):
     return Sections(places, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(middles, axis=0), axis=1))]))
 
 
-def along_path(maps, origin, line, height):
-    """Numbers by name, as `snowmpm.quantities.table.PATH` defines them.
+def along_path(maps, origin, line, height, where="--path"):
+    """Numbers by name, as `snowmpm.quantities.table.PATH` defines them, and whether the flow is still above `PRESSURE`
+    on the last cross-section: then the run-out is the length of the path.
 
     maps: `snowmpm.io.Map` by name; origin (2,) of their coordinates [m]; line (n, 2): the path in map coordinates, in
-    either direction; height: function of places (k, 2) -> height of the ground (k,) [m], NaN where it is unknown.
-    Those of a run-out are missing where nothing is above `PRESSURE`.
+    either direction; height: function of places (k, 2) -> height of the ground (k,) [m], NaN where it is unknown;
+    where: the path comes from, for messages. Those of a run-out are missing where nothing is above `PRESSURE`. Raises
+    InputError for a path beside the maps, and for one that is too long.
     """
     line = line[np.concatenate([[True], np.linalg.norm(np.diff(line, axis=0), axis=1) > 0.0])]
+    _require_place(maps["peak_pressure"], origin, line, where)
     ends = height(line[[0, -1]])
     if ends[1] > ends[0]:
         line = line[::-1]
@@ -78,7 +86,7 @@ def along_path(maps, origin, line, height):
     reached = np.flatnonzero(values["path_pressure"].max(axis=1) > PRESSURE)
     numbers["path_area"] = _area(maps, origin, line)
     if not len(reached):
-        return numbers
+        return numbers, False
     first, last = int(reached[0]), int(reached[-1])
     high, low = height(found.middles[[first, last]])
     delta = float(found.s[last] - found.s[first])
@@ -87,19 +95,32 @@ def along_path(maps, origin, line, height):
                 "path_runout_y": float(place[1]), "path_delta": delta}
     if np.isfinite(high - low):
         numbers |= {"path_fall": float(high - low), "path_angle": float(np.degrees(np.arctan2(high - low, delta)))}
-    return numbers
+    return numbers, last == len(found.s) - 1
 
 
-def along_thalweg(maps, origin, profile):
-    """`along_path` of the thalweg of a run; profile: its x, y, z (`snowmpm.results.hazard.Hazard.profile`)."""
-    line, z = np.column_stack([profile["x"], profile["y"]]), np.asarray(profile["z"], float)
-    return along_path(maps, origin, line, lambda places: z[cKDTree(line).query(places)[1]])
+def extended(profile):
+    """The thalweg of a run (n, 2), extended straight by `FURTHER`; profile: its x, y, s
+    (`snowmpm.results.hazard.Hazard.profile`)."""
+    line = np.column_stack([profile["x"], profile["y"]])
+    return np.concatenate([line, line[-1:] + FURTHER * profile["s"][-1] * ahead_of(line)])
+
+
+def _require_place(raster, origin, line, where):
+    """Raises InputError for a path beside a map, or with more than MOST places on its cross-sections."""
+    rows, columns = raster.values.shape
+    low = origin + np.array([raster.x0, raster.y0]) - 0.5 * raster.cell
+    box = shapely.box(*low, *(low + raster.cell * np.array([columns, rows])))
+    if not shapely.intersects(box, shapely.LineString(line)):
+        raise InputError(f"{where}: lies beside the maps: is its coordinate system right?")
+    # Twice as long where cross-sections turn
+    count = 2.0 * float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) / raster.cell + len(line)
+    if not count * WIDTH / raster.cell <= MOST:
+        raise InputError(f"{where}: {count:.3g} cross-sections of {WIDTH:g} m on cells of {raster.cell:g} m are too"
+                         " many: take a shorter path, with fewer corners")
 
 
 def _read(raster, origin, places):
-    at = (places.reshape(-1, 2) - origin - [raster.x0, raster.y0]) / raster.cell
-    values = np.nan_to_num(raster.values).astype(float)
-    return map_coordinates(values, at.T[::-1], order=1, mode="constant").reshape(places.shape[:2])
+    return raster.between(places.reshape(-1, 2) - origin).reshape(places.shape[:2])
 
 
 def _area(maps, origin, line):

@@ -188,7 +188,8 @@ def _carried(ring, system, terrain, where):
 
 def _shapefile(path, key, choose, kind):
     shapes, names, told = read_shapefile(path, key, choose, kind.shapes, kind.plural)
-    found = [(_nested(lines) if kind is POLYGON else lines, value) for lines, value in shapes]
+    found = [(_nested(lines) if kind is POLYGON else [line for line in lines if len(line)], value)
+             for lines, value in shapes]
     return found, names, system_beside(path), told
 
 
@@ -236,7 +237,7 @@ def _geojson(path, key, choose, kind):
         found = [(parts, next((own[one] for one in same if one in own), None)) for parts, own in found]
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError, OverflowError) as error:
         raise InputError.at(key, str(path), "is not a readable GeoJSON file") from error
     return found, tuple(names), system, _left_out(others, kind)
 
@@ -311,7 +312,7 @@ def _parts(geometry, kind):
 def _corners(ring):
     """Corners (n, 2) of a ring. ValueError: it is no list of places."""
     corners = np.asarray(ring, float)
-    if corners.ndim != 2:
+    if corners.ndim != 2 or corners.shape[1] < 2:
         raise ValueError("a ring is a list of places")
     return corners[:, :2]
 

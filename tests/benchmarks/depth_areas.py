@@ -2,6 +2,7 @@
 
     python tests/benchmarks/depth_areas.py TERRAIN ISEESNOW --mot BINARY --avaframe PYTHON [--cells 5]
                                            [--ways columns volumes MoT-Voellmy com1DFA]
+    python tests/benchmarks/depth_areas.py TERRAIN ISEESNOW --paths CoulombOnly --ways MPM --cells 3 2
 
 TERRAIN: AvaFrame's avaGar.asc, avaAlr.tif and their releases; ISEESNOW: the study's cases
 (tests/benchmarks/iseesnow.py). MoT-Voellmy is compiled from its source (cc -O3), PYTHON has `pip install avaframe`.
@@ -32,6 +33,8 @@ from tests.benchmarks.depth_peers import spent, write
 
 HERE = Path(__file__).parent
 THICKNESS, DENSITY, G = 1.5, 200.0, 9.81
+MAP_CELL = 10.0
+"""Of runs in three dimensions [m]: finer ones would hold too few particles."""
 BEYOND = (0.1, 0.5, 1.0, 2.0)
 """Thickness [m]."""
 PATHS = {"avaGar": ("avaGar.asc", "relGar.shp", 0.25, 2000.0), "avaAlr": ("avaAlr.tif", "relAlr.shp", 0.25, 2000.0),
@@ -63,12 +66,33 @@ def ours(scheme, inputs, folder, cell, **more):
         "bodies": [{"name": "release", "material": "snow",
                     "shape": {"kind": "layer", "top": THICKNESS, "region": {"file": str(release)}}}]}
     (folder / "scene.toml").write_text(Scene.model_validate(tables).to_toml())
+    return done(folder, cell)
+
+
+def done(folder, cell):
+    """Numbers of a scene once it was run, and its peak thickness. cell: of its maps [m]."""
     seconds, _ = spent([sys.executable, "-m", "snowmpm", "run", folder / "scene.toml", "-o", folder / "run",
                            "--overwrite", "--threads", 1])
     run = snowmpm.open_run(folder / "run")
     peaks = run.maps["peak_thickness"].values, run.maps["peak_speed"].values
     return {"seconds": seconds, "steps_seconds": run.summary["wall_time_of"]["steps"], "time": run.times[-1],
             **areas(*map(np.nan_to_num, peaks), cell)}, peaks[0]
+
+
+def in_3d(inputs, folder, cell):
+    """By MPM in three dimensions, of snow without cohesion that slides on the ground; Coulomb friction only."""
+    raster, release, mu, xi = inputs
+    if xi:
+        raise SystemExit("MPM: Coulomb friction only: --paths CoulombOnly")
+    tables = {
+        "name": "path", "dimension": 3, "end_time": 110.0, "output": {"interval": 10.0, "map_cell": MAP_CELL},
+        "solver": {"dx": cell}, "terrain": {"kind": "dem", "file": str(raster), "friction": mu},
+        "materials": {"snow": {"card": "li_cold_dense", "critical_slope": 1.0, "cohesion": 0.0, "density": DENSITY,
+                               "youngs_modulus": 1e6, "hardening": 3.0}},
+        "bodies": [{"name": "release", "material": "snow",
+                    "shape": {"kind": "layer", "top": THICKNESS, "region": {"file": str(release)}}}]}
+    (folder / "scene.toml").write_text(Scene.model_validate(tables).to_toml())
+    return done(folder, MAP_CELL)
 
 
 def lattice(raster, release, cell):
@@ -220,7 +244,7 @@ def main():
     options = parser.parse_args()
     makers = {"columns": lambda *rest: ours("columns", *rest), "volumes": lambda *rest: ours("volumes", *rest),
               "MoT-Voellmy": lambda *rest: of_mot(options.mot, *rest),
-              "com1DFA": lambda *rest: of_avaframe(options.avaframe, *rest)}
+              "com1DFA": lambda *rest: of_avaframe(options.avaframe, *rest), "MPM": in_3d}
     rows = []
     for path in options.paths:
         for cell in options.cells:

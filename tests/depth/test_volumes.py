@@ -222,6 +222,7 @@ def test_a_run_goes_on_to_the_bit():
     run(second, 2.0)
     np.testing.assert_array_equal(second.particles.state_array, first.particles.state_array)
     assert second.contact_work == first.contact_work and second.steps == first.steps
+    np.testing.assert_array_equal(second.totals.impulse, first.totals.impulse)
 
 
 BESIDE = {

@@ -10,10 +10,11 @@ import shapely
 import snowmpm
 from snowmpm.cli.app import app
 from snowmpm.errors import InputError
+from snowmpm.gis.asked import asked_of
 from snowmpm.gis.layers import Layer
 from snowmpm.gis.lines import MOST, read_places
 from snowmpm.gis.vectors import write_geopackage
-from snowmpm.io.gauges import Place, gauges
+from snowmpm.io.gauges import MOST_POINTS, Place, gauges
 
 pytest.importorskip("rasterio", reason="needs the extra gis")
 CHANGES = {"solver.dx": 10.0, "end_time": 40.0, "output.interval": 1.0}
@@ -60,19 +61,21 @@ def test_a_line_has_parts_and_no_direction(run):
     assert 0.5 * run.hazard["numbers"]["release_volume"] < whole["gauge_volume"]
     assert back["gauge_volume"] == pytest.approx(whole["gauge_volume"], rel=1e-9)  # whichever way it is drawn
     assert left["gauge_volume"] + right["gauge_volume"] == pytest.approx(whole["gauge_volume"], rel=5e-3)
-    assert whole["gauge_scaled"] == pytest.approx(1.0, abs=0.08)  # frames, 1 s apart
+    assert whole["gauge_frames"] == pytest.approx(whole["gauge_volume"], rel=0.08)  # frames, 1 s apart
+    assert whole["gauge_both_ways"] == pytest.approx(whole["gauge_volume"], rel=0.01)
 
 
 def test_series_and_profile_of_a_line(run):
     line = across(run, 0.5)
     one = gauges(run, [Place("road", line)])[0]
     series, numbers, profile = one.series, one.numbers, one.profile
-    assert series["volume"][-1] == pytest.approx(numbers["gauge_volume"], rel=1e-9)
+    assert series["volume"][-1] == numbers["gauge_frames"]
     assert series["discharge"].max() == numbers["gauge_discharge"] > 0.0
     flows = series["time"][series["discharge"] > 0.02 * numbers["gauge_discharge"]]
     assert flows[0] == pytest.approx(numbers["gauge_arrival"], abs=2.0)
     assert numbers["gauge_duration"] > 5.0
-    assert series["depth"].max() <= 1.05 * numbers["gauge_depth"]
+    assert series["depth"].max() <= 1.02 * numbers["gauge_depth"]
+    assert series["speed"].max() <= 1.02 * numbers["gauge_speed"]
     assert profile["s"][-1] == pytest.approx(np.linalg.norm(line[1] - line[0]), abs=5.0)
     assert np.nanmax(profile["peak_speed"]) == pytest.approx(numbers["gauge_speed"])
 
@@ -85,7 +88,9 @@ def test_a_point_and_a_line_beside_the_flow(run):
     assert "discharge" not in hut.series and not hut.profile
     away = gauges(run, [Place("away", run.origin[None, :2] + [40.0, 15.0])])[0].numbers
     assert away["gauge_arrival"] is None and away["gauge_duration"] is None and away["gauge_depth"] == 0.0
-    with pytest.raises(InputError, match="afar lies beside the maps"):
+    point = gauges(run, [Place("corner", 10.0 * np.round(middle[None] / 10.0))])[0]  # of four map cells
+    assert point.series["speed"].max() <= 1.02 * point.numbers["gauge_speed"]
+    with pytest.raises(InputError, match="'afar' lies beside the maps"):
         gauges(run, [Place("afar", middle[None] + 1e5)])
 
 
@@ -133,6 +138,46 @@ def test_lines_and_points_are_read_from_files(short, tmp_path):
 def test_files_that_cannot_be_gauges(short, tmp_path, shapes, words):
     with pytest.raises(InputError, match=words):
         read_places(written(tmp_path / "g.geojson", [(None, one) for one in shapes]), short)
+
+
+def test_gauges_of_one_name_are_told_apart(short, tmp_path):
+    line, point = shapely.LineString(across(short, 0.5)), shapely.Point(across(short, 0.5)[0])
+    path = written(tmp_path / "g.geojson", [("road", line), ("road", line), ("road 1", point)])
+    names = [one.name for one in read_places(path, short)]
+    assert len(set(names)) == 3 and "road 1" in names
+
+
+def test_too_many_points_are_refused(short):
+    line = across(short, 0.5)
+    corners = np.linspace(line[0], line[1], MOST_POINTS + 1)
+    for place in (Place("corners", corners), Place("length", line[0] + np.array([[0.0, 0.0], [1e9, 0.0]])),
+                  Place("far", line[0] + np.array([[0.0, 0.0], [1e300, 0.0]]))):
+        with pytest.raises(InputError, match=f"at most {MOST_POINTS}"):
+            gauges(short, [place])
+
+
+def test_frames_too_far_apart_are_told(tmp_path):
+    scene = snowmpm.load_scene("avalanche_depth_averaged", {**CHANGES, "solver.dx": 20.0, "output.interval": 40.0})
+    found = snowmpm.run(scene, tmp_path / "run")
+    path = written(tmp_path / "g.geojson", [("road", shapely.LineString(across(found, 0.5)))])
+    with pytest.warns(UserWarning, match="'road' the frames add up to another volume"):
+        numbers = asked_of(found, gauges=path).gauges[0].numbers
+    assert numbers["gauge_volume"] > 1e4
+
+
+@pytest.mark.parametrize("scheme", ["volumes", "columns"])
+def test_map_cells_finer_than_those_of_the_flow(tmp_path, scheme):
+    """Every line of map cells sees the flow, whatever lies between the middles of its cells."""
+    scene = snowmpm.load_scene("avalanche_depth_averaged", {**CHANGES, "output.map_cell": 5.0,
+                                                            "solver.depth.scheme": scheme})
+    found = snowmpm.run(scene, tmp_path)
+    x = across(found, 0.5)[:, 0].mean() + np.array([0.0, 2.5, 5.0, 7.5, 10.0])
+    lines = [np.array([[one, 200100.0], [one, 200400.0]]) for one in x]
+    numbers = [one.numbers for one in gauges(found, [Place(f"{k}", line) for k, line in enumerate(lines)])]
+    for one in numbers:
+        assert one["gauge_frames"] == pytest.approx(one["gauge_volume"], rel=0.15)
+    volumes = [one["gauge_volume"] for one in numbers]
+    assert max(volumes) < 1.05 * min(volumes)
 
 
 def test_maps_writes_gauges(short, tmp_path, capsys):

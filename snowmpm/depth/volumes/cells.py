@@ -84,15 +84,11 @@ class FlowCells(Particles):
         """Snow may be in any cell. The solver narrows `box`, slices (2,) of the cells that may hold some."""
         self.box = tuple(slice(0, n) for n in self.grid.shape.tolist())
 
-    def _within(self, number):
-        """A number of the state in the cells of `box`, float64: 0 H, 1 and 2 the velocity in plan."""
-        return self.inner(self.state_array)[self.box][..., number].astype(float)
-
     def _all_depth(self):
         """H in the cells of `box` of the snow that flows and of that which lies still, float64."""
         if self.later:
             self.everywhere()
-        return sum((H for _, H in self.later), self._within(0))
+        return sum((H for _, H in self.later), self.inner(self.state_array)[self.box][..., 0].astype(float))
 
     def release(self, time):
         """Let snow go whose time has come; -> whether there was some."""
@@ -130,7 +126,8 @@ class FlowCells(Particles):
     def mass(self):
         """Of all snow [kg]."""
         still = sum(float(H.sum()) for _, H in self.later)
-        return (still + float(self._within(0).sum())) * self.grid.dx**2 * self.density
+        # Of all cells: a sum over the box would depend on when it was last narrowed, and a resumed run on that
+        return (still + float(self.inner(self.state_array)[..., 0].sum(dtype=float))) * self.grid.dx**2 * self.density
 
     @property
     def sizes(self):
@@ -177,8 +174,8 @@ class FlowCells(Particles):
 
     def momentum(self):
         """Of all snow that flows (3,) [kg m/s]."""
-        H, u, v = (self._within(k) for k in range(3))
-        slope = self.inner(self.ground)[self.box]
+        H, u, v = (self.inner(self.state_array)[..., k].astype(float) for k in range(3))  # all cells: see `mass`
+        slope = self.inner(self.ground)
         unit = self.density * self.grid.dx**2
         return unit * np.array([(H * u).sum(), (H * v).sum(), (H * (u * slope[..., 0] + v * slope[..., 1])).sum()])
 
