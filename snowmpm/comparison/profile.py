@@ -114,7 +114,8 @@ def _of_columns(case, frame, centre, way):
     thick, ground = mean(depth[near][inside]), mean(x[near, 2][inside])
     slope = np.gradient(ground, middles) if len(middles) > 1 else np.zeros(1)
     cosine = 1.0 / np.sqrt(1.0 + slope**2)
-    bottom = mean(height[inside]) - 0.5 * cosine * thick
+    # Along a way heights are above its ground, on which cells and columns lie wherever they are beside it
+    bottom = np.zeros(len(middles)) if along == "s" else mean(height[inside]) - 0.5 * cosine * thick
     start, end = float(s[inside].min() - 0.5 * case.spacing), float(s[inside].max() + 0.5 * case.spacing)
     back, front = _reach(middles, thick / cosine, width)
     return Profile(middles, bottom + thick / cosine, bottom, start, end, max(start, back), min(end, front), along)

@@ -148,6 +148,21 @@ def test_profile_along_a_thalweg_that_bends(tmp_path):
     assert found[0].along == "s" and Way.of(only(runs[0])[0].run) is None
 
 
+def test_the_ground_of_a_depth_averaged_flow_is_that_of_the_way():
+    """Cells 1 m wide on ground that also falls across the way: their depth stands on the way's ground, level or not."""
+    from types import SimpleNamespace
+
+    from snowmpm.comparison.profile import profile
+
+    i, j = (one.ravel() for one in np.meshgrid(np.arange(40), [0, 1], indexing="ij"))
+    x = np.column_stack([i + 0.5, np.where(i % 3, j - 0.5, j + 0.5), np.zeros(len(i))])
+    x[:, 2] = 0.5 * x[:, 1] + 0.05  # of a film 0.1 m deep
+    way = SimpleNamespace(strip=lambda x, width: (np.ones(len(x), bool), x[:, 0], x[:, 2]))
+    case = SimpleNamespace(positions=lambda frame: x, spacing=0.5, in_plan=True)
+    found = profile(case, SimpleNamespace(fields={"depth": np.full(len(x), 0.1)}), way=way)
+    assert not found.bottom.any() and found.top == pytest.approx(np.full(len(found.s), 0.1), rel=0.2)
+
+
 def test_stray_grains_are_no_profile():
     """Two grains on the way of another run, and all the rest elsewhere."""
     from types import SimpleNamespace
