@@ -33,7 +33,7 @@ from snowmpm.render.overlay import ticks
 from snowmpm.render.relief import heights_within, map_shade
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
-RELEASE, LINE, OBSERVED, BUILT = "#101418", "#e0201b", "#19c5ff", "#8a8a8a"
+RELEASE, LINE, OBSERVED, BUILT, ASKED = "#101418", "#e0201b", "#19c5ff", "#8a8a8a", "#7d1c6d"
 OPACITY = (0.3, 0.9)  # of pale cells, and of others
 BEFORE_AFTER = ("release_depth", "deposit_depth")
 GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
@@ -71,8 +71,9 @@ class MapSheet:
     """Figure of the maps of a `Run`, which have ground, lines, frame and margin in common: these are drawn up once, and
     laid out once. Arguments and errors as of `render_map`."""
 
-    def __init__(self, run, observed=None, dpi=150):
-        self._run, self._observed, self._dpi = run, observed, dpi
+    def __init__(self, run, observed=None, dpi=150, places=()):
+        """places: (name, corners (n, 2) in map coordinates [m]) of lines and points that are drawn with their names."""
+        self._run, self._observed, self._dpi, self._places = run, observed, dpi, places
         self._figure, self._box, self._image, self._bar = None, None, None, None
         self._ground, self._canvas, self._around, self._used = [], None, None, None
 
@@ -151,12 +152,14 @@ class MapSheet:
         run = self._run
         self._box, self._image, self._bar, self._around = np.array([lower, upper]), None, None, None
         self._figure = Figure(figsize=figure_size(lower, upper), dpi=self._dpi, layout="constrained")
+        self._figure.get_layout_engine().set(rect=(0.0, 0.0, 0.95, 1.0))  # room for the heading of the colour bar
         axes = self._figure.add_subplot(aspect="equal")
         before = axes.get_children()
         if run.terrain is not None and run.terrain.facets.shape[1] == 3:
             draw_terrain(axes, run, lower, upper)
         self._ground = [one for one in axes.get_children() if one not in before]
         draw_built(axes, run)
+        _draw_places(axes, self._places)
         _draw_lines(axes, run, self._observed)
         draw_frame(axes, run, run.title, lower, upper)
         draw_margin(self._figure, axes, run)
@@ -270,8 +273,8 @@ def draw_raster(figure, axes, run, raster, name, pale, largest=None, place=None)
 
 
 def _head(bar, text):
-    """Heading of a colour bar, in its middle: further right, it would leave the picture."""
-    bar.set_title(f"max {text}", fontsize=8.5)
+    """Heading of a colour bar."""
+    bar.set_title(f"max {text}", fontsize=9, loc="left")
 
 
 def shown_values(values, name):
@@ -299,9 +302,17 @@ def draw_built(axes: Axes, run: Run) -> None:
         _name(axes, name, line[-1])
 
 
-def _name(axes, name, place):
+def _draw_places(axes, places):
+    """Draw lines and points that a user asked about, each with its name."""
+    for name, corners in places:
+        axes.plot(*corners.T, color="white", lw=3.4, zorder=5, marker="" if len(corners) > 1 else "o", ms=7)
+        axes.plot(*corners.T, color=ASKED, lw=1.8, zorder=6, marker="" if len(corners) > 1 else "o", ms=5)
+        _name(axes, name, corners[-1], ASKED)
+
+
+def _name(axes, name, place, colour=BUILT):
     box = {"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.0}
-    axes.annotate(shown_line(name, 40), place, (3.0, 3.0), textcoords="offset points", fontsize=7, color=BUILT,
+    axes.annotate(shown_line(name, 40), place, (3.0, 3.0), textcoords="offset points", fontsize=7, color=colour,
                   bbox=box, zorder=6, clip_on=True, annotation_clip=True)
 
 

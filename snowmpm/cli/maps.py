@@ -81,7 +81,7 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
     asked = _asked(opened, {"observed": observed, "gauges": gauges, "path": path}, pictures)
     moments = list(_moments(opened, folder)) if over_time and not pictures else []
     written = list(_files(opened, folder, asked, moments)) if asked else []
-    written += _pictures(opened, folder, asked.outline if asked else None)
+    written += _pictures(opened, folder, asked)
     if asked and asked.gauges:
         written += _of_gauges(asked.gauges, opened, folder)
     if over_time:
@@ -193,12 +193,13 @@ def _files(run, folder, asked, moments):
     yield gis.write_record(folder / "avalanche.json", run, asked)
 
 
-def _pictures(run, folder, seen):
+def _pictures(run, folder, asked):
     """Draw the pictures; -> their paths."""
     from snowmpm.render import render_thalweg, render_thalweg_time
     from snowmpm.render.peak_map import MapSheet
 
-    sheet = MapSheet(run, seen.rings if seen else None)
+    seen = asked.outline if asked else None
+    sheet = MapSheet(run, seen.rings if seen else None, places=asked.places if asked else ())
     drawn = {name for name, raster in run.maps.items() if (raster.values > 0.0).any()}
     for name in counted(run.maps, "drawing maps", "maps"):
         if name in drawn:

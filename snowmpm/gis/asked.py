@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from snowmpm import overwriting
@@ -14,20 +15,26 @@ the discharge is warned of."""
 
 @dataclass(frozen=True)
 class Asked:
-    """outline: the `Observed` one, or None, and its scores; gauges: `snowmpm.io.gauges.Gauge`s; along: numbers along
-    the path that is given, else along the thalweg, {} without one."""
+    """outline: the `Observed` one, or None, and its scores; gauges: `snowmpm.io.gauges.Gauge`s; along: numbers along a
+    path, {} without one; path: name and corners (n, 2) of the path that was given, None of the thalweg."""
 
     outline: Any = None
     scores: list | None = None
     gauges: list = field(default_factory=list)
     along: dict = field(default_factory=dict)
+    path: tuple | None = None
+
+    @property
+    def places(self):
+        """(name, corners (n, 2)) of what a map shows: the gauges, and the path that was given."""
+        return [*((one.place.name, one.place.corners) for one in self.gauges), *([self.path] if self.path else [])]
 
 
 def asked_of(run, observed=None, gauges=None, path=None):
     """`Asked` of a `Run`, by vector files (paths or None). InputError for what they must not be; warnings for what is
     left out of them, and for gauges whose discharge the frames do not resolve."""
     outline, scores = _observed(run, observed) if observed else (None, None)
-    return Asked(outline, scores, _gauges(run, gauges) if gauges else [], _along(run, path))
+    return Asked(outline, scores, _gauges(run, gauges) if gauges else [], *_along(run, path))
 
 
 def _observed(run, path):
@@ -54,9 +61,10 @@ def _gauges(run, path):
 
 
 def _along(run, path):
+    """Numbers along a path, and the path that was given."""
     profile = run.hazard.get("profile")
     if run.terrain is None or "peak_pressure" not in run.maps or not (path or profile):
-        return {}
+        return {}, None
     if path is None:
         line, where = extended(profile), f"{run.path}: its thalweg"
     else:
@@ -69,4 +77,4 @@ def _along(run, path):
     if beyond:
         warnings.warn(f"{where}: the peak pressure is above 1 kPa at its end: its run-out is the length of the path",
                       stacklevel=2)
-    return numbers
+    return numbers, (Path(path).name, line) if path else None

@@ -34,6 +34,8 @@ def write_numbers(path, run, asked):
               one["definition"]] for obstacle, load in _impacts(run).items() for name, one in load.items()]
     rows += [[f"gauge.{name}.{key}", f"{quantity(key).label}, {name}", one["value"], "", one["unit"],
               one["definition"]] for name, numbers in _measured(asked.gauges).items() for key, one in numbers.items()]
+    if asked.along:
+        rows.append(["path", "path of the numbers path_*", asked.path[0] if asked.path else "thalweg", "", "", ""])
     rows += [[name, quantity(name).label, _digits(name, value), "", quantity(name).unit, quantity(name).definition]
              for name, value in asked.along.items()]
     return write_table(path, ["name", "label", "value", "resolution", "unit", "definition"], rows)
@@ -81,6 +83,7 @@ def write_record(path, run, asked):
               "projection": projection_name(run.provenance.get("crs")),
               "parameters": parameters(run), "numbers": numbers, "impacts": _impacts(run),
               "areas_by_class": run.hazard.get("classes", {}),
+              "path": asked.path[0] if asked.path else "thalweg",
               "along_path": {name: {"value": _digits(name, value), "unit": quantity(name).unit,
                                     "definition": quantity(name).definition} for name, value in asked.along.items()},
               **({"observed": asked.scores} if asked.scores is not None else {}),
