@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
 from scipy.special import ndtr, ndtri
 
 from snowmpm.annotations import Floats
@@ -223,8 +224,9 @@ class Scenarios(Choices):
                                    "100 years": {"bodies.0.shape.top": 1.4}}}
 
     distribution: Literal["scenarios"]  # type: ignore[assignment]
-    key: Annotated[tuple[Key, ...], Field(exclude=True)] = ()
-    values: Annotated[tuple[str, ...], Field(exclude=True)] = ()
+    key: SkipJsonSchema[Annotated[tuple[Key, ...], Field(exclude=True)]] = ()
+    values: SkipJsonSchema[Annotated[tuple[str, ...], Field(exclude=True)]] = ()
+    weights: SkipJsonSchema[Annotated[None, Field(exclude=True)]] = None
     sets: Annotated[dict[Title, Annotated[dict[Key, Any], Field(min_length=1)]], Field(min_length=1, max_length=100)]
     """changes of the scene by the name of the scenario, as of `--set`"""
 

@@ -1,8 +1,4 @@
-"""Scenarios of a campaign side by side: their numbers in one table, their outlines in one file and one picture."""
-
-import math
-
-import numpy as np
+"""Scenarios of a campaign side by side: their numbers in one table."""
 
 from snowmpm.campaigns.distributions import Scenarios
 from snowmpm.draft import write_table
@@ -66,34 +62,9 @@ def told(campaign):
     return lines(found) if found else []
 
 
-def write(campaign, folder):
-    """Write FILES of a campaign with scenarios; -> the paths, [] of a campaign without."""
-    found = done(campaign)
-    if not found:
-        return []
+def write_numbers(found, path):
+    """Write the numbers of (name, `Run`) as CSV; -> the path."""
     rows = [["status", "whether the run is final", "", *(status_of(run).text for _, run in found)]]
     rows += [[name, quantity(name).label, quantity(name).unit, *("" if value is None else value for value in values)]
              for name, values in _rows(found)]
-    written = [write_table(folder / FILES[0], ["name", "label", "unit", *(name for name, _ in found)], rows)]
-    if all("peak_depth" in run.maps for _, run in found):
-        written.append(_outlines(found, folder / FILES[1]))
-    return written
-
-
-def _outlines(found, path):
-    """Affected areas, and where the peak pressure reached each of PRESSURES, as layers with a feature a scenario."""
-    from snowmpm.gis.layers import Layer
-    from snowmpm.gis.outlines import affected, outline
-    from snowmpm.gis.vectors import write_geopackage
-    layers = {}
-    for name, run in found:
-        flows, pressure = affected(run), np.nan_to_num(run.maps["peak_pressure"].values)
-        for layer, limit in (("affected_area", -math.inf), *((f"above_{p / 1e3:g}_kPa", p) for p in PRESSURES)):
-            mask = flows & (pressure >= limit)
-            if mask.any():
-                shape, status = outline(mask, run.maps["peak_depth"], run.origin), status_of(run)
-                about = {"scenario": name, "area_m2": round(shape.area, 2), "final": status.final,
-                         "status": status.text}
-                layers.setdefault(layer, []).append((shape, about))
-    return write_geopackage(path, [Layer(name, "MultiPolygon", own) for name, own in layers.items()],
-                            found[0][1].provenance.get("crs"))
+    return write_table(path, ["name", "label", "unit", *(name for name, _ in found)], rows)

@@ -95,7 +95,7 @@ def _conduct(file, output, workers, scheduler, again, quiet, as_json):
         raise KeyboardInterrupt(f"interrupted; --resume does the runs that are missing in {folder}") from None
     raise_if_all_failed(found)
     written = write_pictures(found)
-    written[1:1] = scenarios.write(found, found.folder)
+    written[1:1] = _write_scenarios(found)
     if as_json:
         print_json(_record(found))
     elif not quiet:
@@ -105,6 +105,22 @@ def _conduct(file, output, workers, scheduler, again, quiet, as_json):
         for path in written[: 1 + len(scenarios.FILES)] if scenarios.done(found) else written[:1]:
             print(path)
     return found
+
+
+def _write_scenarios(campaign):
+    """Write numbers and outlines of the scenarios of a campaign; -> the paths, [] of a campaign without."""
+    from snowmpm.campaigns import scenarios
+
+    found = scenarios.done(campaign)
+    if not found:
+        return []
+    table, outlines = (campaign.folder / name for name in scenarios.FILES)
+    written = [scenarios.write_numbers(found, table)]
+    if all("peak_depth" in run.maps for _, run in found):
+        from snowmpm.gis.scenarios import write_outlines
+
+        written.append(write_outlines(found, outlines))
+    return written
 
 
 def status(folder: Folder, as_json: Json = False):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from snowmpm import overwriting
-from snowmpm.results.along_path import along_path, extended
+from snowmpm.io.along_path import along_path, extended
 
 ROUGH = 0.05
 """Difference of the volume by the frames from that by the steps, over all that crossed the line either way, above which

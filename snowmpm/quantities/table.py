@@ -12,7 +12,7 @@ from snowmpm.quantities.saw import SAW_TEST
 
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
 MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
-GAUGED, ALONG = "snowmpm.io.gauges", "snowmpm.results.along_path"
+GAUGED, ALONG = "snowmpm.io.gauges", "snowmpm.io.along_path"
 
 MOVING_SHARE = Quantity("moving_share", "still moving", "share", f"Share of the mass in the domain that is faster than "
                         f"{MOVING_SPEED:g} m/s. At rest: {100 * REST_SHARE:g} % or less, and momentum_share at "

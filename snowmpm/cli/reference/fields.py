@@ -44,6 +44,8 @@ def page():
         ("Maps", quantities.RASTERS, "`snowmpm maps`: GeoTIFF, and `run.to_xarray(\"maps\")`."),
         ("Maps over time", quantities.OVER_TIME, "The same at each frame, where they are written."),
         ("Numbers of an avalanche", quantities.NUMBERS, "`snowmpm maps`, `summary.json`, `compare`, campaigns."),
+        ("Gauges", (*quantities.GAUGES, *quantities.PASSED), "`snowmpm maps --gauges`; the rasters: `run.passed`."),
+        ("Along a path", quantities.PATH, "`snowmpm maps`, along the thalweg or `--path`."),
         ("Loads on obstacles", quantities.IMPACT,
          "`snowmpm info`, `plot` and `report`; loads over time: `run.to_pandas(\"loads\")`."),
         ("Saw tests", quantities.SAW_TEST, "`snowmpm compare`, `summary.json`; `saw_NAME` in campaigns."),
