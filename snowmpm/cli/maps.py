@@ -25,8 +25,9 @@ def _definitions(wanted: bool):
 
 
 KINDS = ("mp4", "gif")
+GAUGES = ("gauges.csv", "gauge_profiles.csv", "gauges.png")
 FIXED = ("avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv", "avalanche.json",
-         "before_after.png", "thalweg.png", "thalweg_time.png", "gauges.csv", "gauge_profiles.csv", "gauges.png")
+         "before_after.png", "thalweg.png", "thalweg_time.png", *GAUGES)
 """Files beside those named after a map."""
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]
 Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
@@ -84,6 +85,9 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
     written += _pictures(opened, folder, asked)
     if asked and asked.gauges:
         written += _of_gauges(asked.gauges, opened, folder)
+    for left in (folder / name for name in GAUGES if folder / name not in written):
+        if left.is_file() and overwriting.is_own(left):  # of an earlier call: no longer those of the other files
+            left.unlink()
     if over_time:
         written += _films(opened, folder, over_time)
     for file in () if quiet else written:

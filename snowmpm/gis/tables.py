@@ -7,7 +7,7 @@ from snowmpm.io.impact import impacts
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import projection_name
 from snowmpm.io.published import resolution_of, statement
-from snowmpm.io.status import status_of
+from snowmpm.io.status import LEFT_SHARE, status_of
 from snowmpm.quantities.resolution import rounded
 from snowmpm.quantities.table import quantity
 
@@ -20,7 +20,7 @@ def write_numbers(path, run, asked):
     `snowmpm.gis.asked.Asked`; -> its path."""
     status, known = status_of(run), resolution_of(run)
     rows = [["status", "whether the run is final", status.text, "", "",
-             "Complete, at rest, nothing lost over the edge."],
+             f"Complete, at rest, at most {100.0 * LEFT_SHARE:g} % of the mass lost over the edge."],
             ["statement", "what this is", statement(run), "", "", ""]]
     for name, value in run.hazard.get("numbers", {}).items():
         one, resolution = quantity(name), known.get(name)

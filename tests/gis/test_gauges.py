@@ -196,6 +196,22 @@ def test_maps_writes_gauges(short, tmp_path, capsys):
     assert record["gauges"]["road"]["gauge_volume"]["unit"] == "m3"
     assert "gauge.road.gauge_discharge" in (tmp_path / "maps" / "avalanche.csv").read_text(encoding="utf-8")
     assert (tmp_path / "maps" / "gauges.png").is_file() and (tmp_path / "maps" / "gauge_profiles.csv").is_file()
+    (tmp_path / "maps" / "gauges.csv").write_text("mine", encoding="utf-8")
+    with pytest.raises(SystemExit):
+        app(["maps", str(short.path.parent), "-o", str(tmp_path / "maps"), "-q"])
+    # What an earlier call left is gone, but not what somebody changed
+    assert "gauges.csv" in capsys.readouterr().err and (tmp_path / "maps" / "gauges.png").is_file()
+    (tmp_path / "maps" / "gauges.csv").unlink()
+    with pytest.raises(SystemExit):
+        app(["maps", str(short.path.parent), "-o", str(tmp_path / "maps"), "-q"])
+    assert not (tmp_path / "maps" / "gauges.png").exists()
+
+
+def test_the_geopackage_holds_gauges(short, tmp_path):
+    path = written(tmp_path / "g.geojson", [("road", shapely.LineString(across(short, 0.5))),
+                                            ("hut", shapely.Point(across(short, 0.5).mean(axis=0)))])
+    with pytest.raises(SystemExit):
+        app(["maps", str(short.path.parent), "-o", str(tmp_path / "maps"), "--gauges", str(path), "-q"])
     import pyogrio
 
     layers = pyogrio.list_layers(tmp_path / "maps" / "avalanche.gpkg")
