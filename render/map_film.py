@@ -14,16 +14,8 @@ from snowmpm.io.flow_maps import NAMES, FlowMaps, moments
 from snowmpm.io.reader import Map
 from snowmpm.quantities.table import quantity
 from snowmpm.render.film import FILMS, open_film, output_kind
-from snowmpm.render.peak_map import (
-    OPACITY,
-    draw_built,
-    draw_frame,
-    draw_raster,
-    draw_terrain,
-    figure_size,
-    map_box,
-    shown_values,
-)
+from snowmpm.render.map_frame import draw_frame, draw_terrain, figure_size
+from snowmpm.render.peak_map import OPACITY, draw_built, draw_raster, map_box, shown_values
 
 
 def render_map_film(run_path: PathLike | Run, name: str, output: PathLike, *, fps: float = 5.0, dpi: float = 90,

@@ -14,7 +14,8 @@ from snowmpm.io import Run
 from snowmpm.io.projection import projection_name
 from snowmpm.io.status import status_of
 from snowmpm.render.figure import check_ending, save
-from snowmpm.render.peak_map import LINE, RELEASE, draw_built, draw_frame, draw_terrain, figure_size, map_box
+from snowmpm.render.map_frame import LINE, draw_edges, draw_frame, draw_terrain, figure_size
+from snowmpm.render.peak_map import RELEASE, draw_built, map_box
 
 RAMP = colormaps["plasma"]
 
@@ -35,11 +36,7 @@ def render_outlines(runs: Sequence[tuple[str, Run]], output: PathLike, title: st
     for k, (name, run) in enumerate(runs):
         colour = RAMP(0.05 + 0.85 * k / max(1, len(runs) - 1))
         raster, limit = run.maps["peak_depth"], run.hazard["numbers"]["flow_depth"]
-        # Ten values a cell, so that the line follows the edges of the cells
-        there = np.kron(np.pad((np.nan_to_num(raster.values) >= limit).astype(float), 1), np.ones((10, 10)))
-        x, y = (run.origin[a] + start + raster.cell * (np.arange(n) * 0.1 - 1.45)
-                for a, start, n in ((0, raster.x0, there.shape[1]), (1, raster.y0, there.shape[0])))
-        axes.contour(x, y, there, levels=[0.5], colors=[colour], linewidths=1.8, zorder=4)
+        draw_edges(axes, run, raster, np.nan_to_num(raster.values) >= limit, color=colour, lw=1.8, zorder=4)
         handles.append(Line2D([], [], color=colour, lw=1.8, label=name))
         for part in run.hazard.get("release") or ():
             axes.plot(*np.array(part[0]).T, color=RELEASE, lw=1.2, zorder=5)

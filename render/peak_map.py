@@ -1,7 +1,6 @@
 """Rasters of a run over the shaded terrain, in map coordinates: peak depth, speed and pressure, deposit, arrival; with
 the release, obstacles and dams, the thalweg, the run-out line, and an observed outline."""
 
-import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -12,28 +11,22 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
 from matplotlib.transforms import Bbox, TransformedBbox
 from PIL import Image
 
-from snowmpm.annotations import Floats, Numbers, PathLike
+from snowmpm.annotations import Numbers, PathLike
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io import Run
 from snowmpm.io.built import dam_lines, footprints
-from snowmpm.io.parameters import parameters
-from snowmpm.io.projection import projection_name
-from snowmpm.io.published import statement
 from snowmpm.io.status import status_of
 from snowmpm.quantities.classes import Classes, classes_of
 from snowmpm.quantities.table import quantity
-from snowmpm.render import light
-from snowmpm.render.credit import attribution
 from snowmpm.render.figure import check_ending, framed, save, save_picture, take_literally
+from snowmpm.render.map_frame import LINE, draw_edges, draw_frame, draw_margin, draw_terrain, figure_size
 from snowmpm.render.overlay import ticks
-from snowmpm.render.relief import heights_within, map_shade
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
-RELEASE, LINE, OBSERVED, BUILT, ASKED = "#101418", "#e0201b", "#19c5ff", "#8a8a8a", "#7d1c6d"
+RELEASE, OBSERVED, BUILT, ASKED = "#101418", "#19c5ff", "#8a8a8a", "#7d1c6d"
 OPACITY = (0.3, 0.9)  # of pale cells, and of others
 BEFORE_AFTER = ("release_depth", "deposit_depth")
 GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
@@ -208,37 +201,6 @@ def _box(raster, filled, terrain):
     )
 
 
-def figure_size(lower: Floats, upper: Floats) -> tuple[float, float]:
-    """Inches of a map between plan corners (2,): 8 along the longer side of the map, and room for labels."""
-    width, height = (upper - lower) / np.max(upper - lower) * 8.0
-    return max(width, 3.0) + 2.2, max(height, 3.0) + 1.3
-
-
-def draw_terrain(axes: Axes, run: Run, lower: Floats, upper: Floats) -> None:
-    """Draw the shaded ground of a `Run` and its contours between plan corners (2,) [m], relative to its origin."""
-    found = heights_within(run.terrain, lower, upper)
-    if found is None:
-        return
-    heights, cell = found
-    rows, columns = heights.shape
-    east, north = run.origin[0] + float(lower[0]), run.origin[1] + float(lower[1])
-    half = 0.5 * cell
-    extent = (east - half, east + columns * cell - half, north - half, north + rows * cell - half)
-    # Grey, so that every hue on the map belongs to the raster.
-    shade = map_shade(heights, cell)
-    opaque = np.isfinite(shade)
-    picture = light.encode(np.repeat(np.nan_to_num(shade)[..., None], 3, axis=-1))
-    picture = np.dstack([picture, np.where(opaque, np.uint8(255), np.uint8(0))])
-    axes.imshow(picture, extent=extent, origin="lower", interpolation="bilinear")
-    x, y = east + cell * np.arange(columns), north + cell * np.arange(rows)
-    heights = heights + run.origin[2]
-    levels = ticks(float(np.nanmin(heights)), float(np.nanmax(heights)))
-    fine = np.linspace(levels[0], levels[-1], 5 * (len(levels) - 1) + 1) if len(levels) > 1 else levels
-    axes.contour(x, y, heights, levels=fine, colors="0.15", linewidths=0.3, alpha=0.45)
-    labelled = axes.contour(x, y, heights, levels=levels, colors="0.1", linewidths=0.7, alpha=0.6)
-    axes.clabel(labelled, fmt="%g m", fontsize=7)
-
-
 def _extent(run, raster):
     """Map coordinates of the raster's sides: west, east, south, north [m]."""
     rows, columns = raster.values.shape
@@ -323,13 +285,7 @@ def _draw_lines(axes, run, observed):
     for k, ring in enumerate(outlines):
         axes.plot(*np.array(ring).T, color=RELEASE, lw=1.6, zorder=5, label="release" if k == 0 else None)
     if not outlines and release is not None and np.nanmax(release.values, initial=0.0) > 0.0:
-        # Ten values a cell, so that the line follows the edges of the cells
-        there = np.kron(np.pad((np.nan_to_num(release.values) > 0.0).astype(float), 1), np.ones((10, 10)))
-        west, east, south, north = _extent(run, release)
-        beyond = 0.95 * release.cell
-        x = np.linspace(west - beyond, east + beyond, there.shape[1])
-        y = np.linspace(south - beyond, north + beyond, there.shape[0])
-        axes.contour(x, y, there, levels=[0.5], colors=[RELEASE], linewidths=1.6, zorder=5)
+        draw_edges(axes, run, release, np.nan_to_num(release.values) > 0.0, color=RELEASE, lw=1.6, zorder=5)
         axes.plot([], [], color=RELEASE, lw=1.6, label="release")
     if profile:
         axes.plot(profile["x"], profile["y"], color=RELEASE, lw=1.0, ls=(0, (5, 4)), zorder=5, label="thalweg")
@@ -351,56 +307,3 @@ def runout_words(run):
     numbers = run.hazard["numbers"]
     runout, angle = (quantity(name).text(numbers.get(name)) for name in ("runout", "travel_angle"))
     return f"run-out{status_of(run).so_far} {runout}, travel angle {angle}"
-
-
-def draw_frame(axes: Axes, run: Run, title: str, lower: Floats, upper: Floats) -> None:
-    """Title, axes in map coordinates, length bar and north of a map between plan corners (2,) [m]."""
-    axes.set_xlim(run.origin[0] + lower[0], run.origin[0] + upper[0])
-    axes.set_ylim(run.origin[1] + lower[1], run.origin[1] + upper[1])
-    plain = FuncFormatter(lambda value, _: f"{value:,.0f}".replace(",", " "))
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(plain)
-        axis.set_major_locator(MaxNLocator(5, integer=True))
-    axes.tick_params(labelsize=8)
-    axes.tick_params(axis="y", labelrotation=90)
-    axes.set_xlabel("east [m]")
-    axes.set_ylabel("north [m]")
-    axes.set_title(title.replace("_", " "))
-    _draw_length(axes, upper - lower)
-    _draw_north(axes)
-
-
-def draw_margin(figure, axes, run):
-    """Below the map: projection, what the run was computed with, credits; in the map: why it is not final."""
-    status, width = status_of(run), max(40, round(12.5 * figure.get_size_inches()[0]))
-    projection = projection_name(run.provenance.get("crs")) or "no projection known: coordinates of the scene"
-    facts = ", ".join(text if name in ("method", "version") else f"{name} {text}"
-                      for name, text in parameters(run).items() if name != "scene")
-    lines = [f"{projection}; {facts}.", statement(run), attribution(run.provenance)]
-    if status.final:
-        lines[0] += f" {status.text.capitalize()}."
-    else:
-        box = {"facecolor": "white", "alpha": 0.9, "edgecolor": LINE, "boxstyle": "round,pad=0.4"}
-        axes.text(0.5, 0.985, textwrap.fill(status.text, max(30, round(0.62 * width))), transform=axes.transAxes,
-                  ha="center", va="top", fontsize=8.5, color=LINE, fontweight="bold", bbox=box, zorder=8)
-    figure.supxlabel("\n".join(row for line in lines if line for row in textwrap.wrap(line, width)), fontsize=7,
-                     color="0.3")
-
-
-def _draw_north(axes):
-    """An arrow to grid north in the lower right corner."""
-    axes.annotate("N", xy=(0.955, 0.125), xytext=(0.955, 0.035), xycoords="axes fraction", ha="center", va="center",
-                  fontsize=11, fontweight="bold", zorder=7,
-                  arrowprops={"facecolor": "black", "edgecolor": "white", "width": 3, "headwidth": 10},
-                  bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.5})
-
-
-def _draw_length(axes, size):
-    """A bar of a round length in the lower left corner."""
-    length = ticks(0.0, 0.3 * float(size[0]))[1]
-    left, bottom = axes.get_xlim()[0] + 0.05 * size[0], axes.get_ylim()[0] + 0.05 * size[1]
-    for colour, width in (("white", 5), ("black", 2.5)):
-        axes.plot([left, left + length], [bottom, bottom], color=colour, lw=width, solid_capstyle="butt", zorder=5)
-    box = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.5}
-    label = f"{length:g} m" if length < 1000 else f"{length / 1000:g} km"
-    axes.text(left + 0.5 * length, bottom + 0.015 * size[1], label, ha="center", va="bottom", bbox=box, zorder=5)

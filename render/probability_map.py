@@ -13,7 +13,8 @@ from snowmpm.annotations import Floats, Numbers, PathLike
 from snowmpm.io import Run
 from snowmpm.io.projection import projection_name
 from snowmpm.render.figure import check_ending, save
-from snowmpm.render.peak_map import OBSERVED, RELEASE, draw_built, draw_frame, draw_terrain, figure_size
+from snowmpm.render.map_frame import draw_frame, draw_terrain, figure_size
+from snowmpm.render.peak_map import OBSERVED, RELEASE, draw_built
 
 MARGIN = 0.12
 """Surroundings on each side, as a share of the larger side."""

@@ -9,11 +9,11 @@ import shapely
 from snowmpm.draft import write_table
 from snowmpm.errors import InputError
 from snowmpm.gis.layers import Layer
+from snowmpm.gis.observed import system_of
 from snowmpm.io.gauges import PROFILE, SERIES, Place
 from snowmpm.io.status import status_of
 from snowmpm.quantities.table import quantity
 from snowmpm.seeding.region_files import LINE, PLACE, read_features
-from snowmpm.terrain.reference_system import ReferenceSystem
 
 MOST = 100
 """Gauges of a file."""
@@ -24,7 +24,7 @@ def read_places(path, run):
     without a name (attribute `name`) are numbered: `line 1`. InputError as of `read_features`, for too many, and for
     a line without length."""
     found = []
-    for feature in read_features(path, "--gauges", _system(run), kind=PLACE):
+    for feature in read_features(path, "--gauges", system_of(run), kind=PLACE):
         for part in feature.parts:
             corners, word = np.asarray(part, float), "line" if len(part) > 1 else "point"
             number = 1 + sum(one.is_line == (word == "line") for one in found)
@@ -40,17 +40,12 @@ def read_places(path, run):
 def read_path(path, run):
     """The one line (n, 2) in a vector file, in the map coordinates of a `Run`. InputError as of `read_features`, and
     for several, or one without length."""
-    lines = [part for feature in read_features(path, "--path", _system(run), kind=LINE) for part in feature.parts]
+    lines = [part for feature in read_features(path, "--path", system_of(run), kind=LINE) for part in feature.parts]
     if len(lines) != 1:
         raise InputError.at("--path", str(path), f"holds {len(lines)} lines: must be one")
     if not np.isfinite(lines[0]).all() or np.ptp(lines[0], axis=0).max() == 0.0:
         raise InputError.at("--path", str(path), "has no length, or corners that are no numbers")
     return np.asarray(lines[0], float)
-
-
-def _system(run):
-    wkt = run.provenance.get("crs")
-    return ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
 
 
 def _told_apart(places):

@@ -50,15 +50,19 @@ def read_observed(path, run):
 
     InputError as for a release, and for an outline that lies beside the maps.
     """
-    wkt = run.provenance.get("crs")
-    system = ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
-    regions = read_regions(path, "--observed", system)
+    regions = read_regions(path, "--observed", system_of(run))
     geometry = shapely.union_all([region.polygons.geometry for region in regions])
     away = shapely.distance(geometry, _extent(run))
     if away > 0.0:
         raise InputError.at("--observed", str(path), f"lies {away / 1e3:.3g} km beside the maps of {run.path}: is its"
                                                      " coordinate system right?")
     return Observed(Path(path).name, geometry)
+
+
+def system_of(run):
+    """`ReferenceSystem` of the map coordinates of a `Run`, None where none is known."""
+    wkt = run.provenance.get("crs")
+    return ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
 
 
 def _extent(run):

@@ -222,3 +222,27 @@ def test_gauges_need_more_than_pictures(short, tmp_path, capsys):
     with pytest.raises(SystemExit) as end:
         app(["maps", str(short.path.parent), "-o", str(tmp_path / "maps"), "--pictures", "--gauges", "g.geojson"])
     assert end.value.code == 2 and "--gauges: not with --pictures" in capsys.readouterr().err
+
+
+def test_numbers_along_a_path_of_one_s_own(short, tmp_path, capsys):
+    """One that goes on beyond the thalweg; one that ends in the flow is told, one beside the maps refused."""
+    profile = short.hazard["profile"]
+    way = np.column_stack([profile["x"], profile["y"]])
+    further = np.vstack([way, way[-1] + np.array([150.0, 0.0])])
+
+    def called(line):
+        path = written(tmp_path / "way.geojson", [(None, shapely.LineString(line))])
+        with pytest.raises(SystemExit) as end:
+            app(["maps", str(short.path.parent), "-o", str(tmp_path / "maps"), "--path", str(path)])
+        said = capsys.readouterr()
+        return end.value.code, said.out, said.err
+
+    code, told, _ = called(further)
+    assert not code and "along way.geojson" in told and "at its end" not in told
+    record = json.loads((tmp_path / "maps" / "avalanche.json").read_text(encoding="utf-8"))
+    assert record["path"] == "way.geojson"
+    assert 0.0 < record["along_path"]["path_runout"]["value"] < shapely.LineString(further).length
+    code, told, _ = called(way[: len(way) // 2])
+    assert not code and "above 1 kPa at its end" in told
+    code, _, refused = called(way + 1e5)
+    assert code == 2 and "lies beside the maps" in refused

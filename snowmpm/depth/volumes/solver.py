@@ -14,6 +14,7 @@ from snowmpm.depth.plan_solver import WALLS, PlanSolver
 from snowmpm.depth.volumes import arrays
 from snowmpm.depth.volumes.cells import FlowCells
 from snowmpm.depth.volumes.kernels import kernels
+from snowmpm.depth.volumes.live import LiveTiles
 from snowmpm.depth.volumes.planes import shape_kernel
 from snowmpm.errors import SimulationError
 from snowmpm.stepping.contract import StepLimits, Totals, Workload
@@ -29,9 +30,6 @@ directions, times the cosine of a slope."""
 
 THINNER = 0.5
 """Speed of waves on a flow over that on the release, about: flows thin to a quarter."""
-
-AWAKE = 3
-"""Steps without a look for snow in new tiles, fewer than these have cells."""
 
 CELL_STEP = 200e-9
 """Time of a step [s] a cell on one thread."""
@@ -50,7 +48,7 @@ class VolumeSolver(PlanSolver):
         self.particles = FlowCells(population, laws, self.grid, self.precision)
         self.cfl = given.cfl or USUAL_CFL
         self._tables()
-        self._mass, self._awake = self.particles.mass, 0
+        self._mass = self.particles.mass
         self._gauge(given.obstacles, self._mass, population)
         if self._gauges:
             nodes = self.grid.nodes()
@@ -67,10 +65,7 @@ class VolumeSolver(PlanSolver):
         """What kernels read."""
         store, grid, real = self.particles, self.grid, self.real_numpy
         nx, ny = store.state_array.shape[:2]
-        n, rows = nx * ny, -(-ny // arrays.TILE)
-        self._live = np.ones(-(-nx // arrays.TILE) * rows, np.int32)
-        self._tiles = arrays.Tiles(self._live, len(self._live), rows, nx, ny)
-        self._report = np.zeros((len(self._live), arrays.REPORT))
+        n = nx * ny
         ahead, slopes, flux = (np.zeros((n, *shape), real) for shape in ((3,), (arrays.SLOPES,), (2, arrays.FLUX)))
         self._cells = arrays.Cells(store.state_array.reshape(n, 3), np.ones(n, np.int32), np.ones(n, real), ahead,
                                   slopes, flux, store.ground.reshape(n, arrays.GROUND))
@@ -83,16 +78,17 @@ class VolumeSolver(PlanSolver):
         self._heights = self.heights.ravel()
         self._intake = next((make(self) for make in self.adapters.intake), None) or Intake.none(grid)
         self._serial = runs_serially(CELL_STEP * max(1, int((store.state_array[..., 0] > 0.0).sum())))
-        self._shape()
-        store.find_origins()
         outside = np.zeros((nx, ny), bool)
         FlowCells.inner(outside)[:] = self.bed.holes
         for axis in (0, 1):
             for end, part in ((0, slice(0, MARGIN)), (1, slice(-MARGIN, None))):
                 if self._sides[axis][end] not in (*WALLS, "periodic"):
                     np.moveaxis(outside, axis, 0)[part] = True
-        self._outside = outside
-        self._window, self._at_edge = None, True
+        self._live = LiveTiles(store, outside, (ahead, slopes, flux))
+        self._tiles = self._live.tiles
+        self._report = np.zeros((self._tiles.n, arrays.REPORT))
+        self._shape()
+        store.find_origins()
 
     @property
     def real_numpy(self):
@@ -113,60 +109,10 @@ class VolumeSolver(PlanSolver):
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
-    def _wake(self):
-        """Tiles that hold snow, or have it next to them, are live; what others held of a step before is cleared. Snow
-        gets no further than a cell in a step: a look at every fourth of them is soon enough."""
-        if self._awake > 0:
-            self._awake -= 1
-            return
-        self._awake = AWAKE
-        side, state, live = arrays.TILE, self.particles.state_array, self._live.reshape(-1, self._tiles.rows)
-        (i0, i1), (j0, j1) = self._in_window()
-        i0, i1, j0, j1 = max(i0 - 1, 0), min(i1 + 1, live.shape[0]), max(j0 - 1, 0), min(j1 + 1, live.shape[1])
-        wet = state[i0 * side : i1 * side, j0 * side : j1 * side, 0] > 0.0
-        padded = np.zeros(((i1 - i0) * side, (j1 - j0) * side), bool)
-        padded[: wet.shape[0], : wet.shape[1]] = wet
-        held = padded.reshape(i1 - i0, side, j1 - j0, side).any(axis=(1, 3))
-        wide = np.pad(held, 1)
-        near = np.any([wide[i : i + i1 - i0, j : j + j1 - j0] for i in range(3) for j in range(3)], axis=0)
-        for i, j in np.argwhere((live[i0:i1, j0:j1] > 0) & ~near) + np.array([i0, j0]):
-            part = slice(i * side, (i + 1) * side), slice(j * side, (j + 1) * side)
-            for array in (self._cells.ahead, self._cells.slopes, self._cells.flux):
-                array.reshape(*state.shape[:2], *array.shape[1:])[part] = 0.0
-        live[i0:i1, j0:j1] = near
-        self._narrow(near, (i0, j0))
-
-    def _narrow(self, near, corner):
-        """Look for snow no further than where it may be: in the window of the live tiles. Snow that goes over a
-        periodic side comes back anywhere."""
-        some = [np.flatnonzero(near.any(axis=axis)) for axis in (1, 0)]
-        if self.particles.repeats.any() or not len(some[0]):
-            self._everywhere()
-            return
-        self._window = tuple((int(first + one[0]), int(first + one[-1]) + 1)
-                             for first, one in zip(corner, some, strict=True))
-        self._at_edge = bool(self._outside[self._part()].any())
-        self.particles.box = tuple(
-            slice(min(max(low * arrays.TILE - MARGIN, 0), n), min(max(high * arrays.TILE - MARGIN, 0), n))
-            for (low, high), n in zip(self._window, self.grid.shape.tolist(), strict=True))
-
-    def _everywhere(self):
-        """Snow may be in any tile."""
-        self._window, self._at_edge = None, True
-        self.particles.everywhere()
-
-    def _part(self):
-        """Slices (2,) of the cells, those beyond the sides included, that may hold snow."""
-        return tuple(slice(low * arrays.TILE, high * arrays.TILE) for low, high in self._in_window())
-
-    def _in_window(self):
-        """First tile and one past the last, along both axes, of those that may hold snow."""
-        return self._window or ((0, len(self._live) // self._tiles.rows), (0, self._tiles.rows))
-
     def step(self, dt):
         """Advance by dt [s]."""
         self._beyond()  # first, so that snow at one end of a periodic axis wakes the other
-        self._wake()
+        self._live.wake()
         if self.adapters.move_ground:
             self._shape()
         step = arrays.Step(dt, self.grid.dx, -float(self.gravity[2]), float(self.options.centrifugal))
@@ -199,8 +145,7 @@ class VolumeSolver(PlanSolver):
         if self.particles.release(self.time):
             self.particles.changed()
             self._look()
-            self._everywhere()
-            self._awake = 0
+            self._live.everywhere()
 
     def _gain(self):
         """Count the snow cover that was taken up."""
@@ -248,12 +193,9 @@ class VolumeSolver(PlanSolver):
             for end, part in ((0, slice(0, MARGIN)), (1, slice(grid.shape[axis] + MARGIN, None))):
                 if self._sides[axis][end] in (*WALLS, "periodic"):
                     np.moveaxis(state, axis, 0)[part] = 0.0
-        if not self._at_edge:
-            return
-        part = self._part()
-        lost = np.argwhere(self._outside[part] & (state[..., 0][part] > 0.0)) + np.array([one.start for one in part])
+        lost = self._live.lost()
         if len(lost):
-            lost, rows = np.ravel_multi_index(tuple(lost.T), state.shape[:2]), state.reshape(-1, 3)
+            rows = state.reshape(-1, 3)
             mass = rows[lost, 0].astype(float) * grid.dx**2 * self.particles.density
             plan = rows[lost, 1:].astype(float)
             ground = self.particles.ground.reshape(len(rows), -1)[lost, :2]
@@ -370,8 +312,8 @@ class VolumeSolver(PlanSolver):
         """Take over the `state()` of a solver of the same scene. Raises InputError when it does not fit."""
         self.frame.check(state["frame"])
         self.particles.restore(state["cells"])
-        self._mass, self._awake = state["mass"], 0
-        self._everywhere()
+        self._mass = state["mass"]
+        self._live.everywhere()
         self.extremes, self._rate = Extremes(**state["extremes"]), state["rate"]
         self.time, self.steps, self.contact_work = state["time"], state["steps"], state["contact_work"]
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
@@ -381,7 +323,7 @@ class VolumeSolver(PlanSolver):
             self._gauges.restore(state["gauges"])
         if self.adapters.move_ground:
             self.heights[:] = state["ground"]
-            self._live[:] = 1
+            self._live.all_live()
             self._shape()
 
 
