@@ -9,7 +9,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from snowmpm.annotations import PathLike
+from snowmpm.annotations import Floats, PathLike
 from snowmpm.io import Run
 from snowmpm.io.projection import projection_name
 from snowmpm.io.status import status_of
@@ -20,9 +20,11 @@ from snowmpm.render.peak_map import RELEASE, draw_built, map_box
 RAMP = colormaps["plasma"]
 
 
-def render_outlines(runs: Sequence[tuple[str, Run]], output: PathLike, title: str, *, dpi: float = 150) -> Path:
+def render_outlines(runs: Sequence[tuple[str, Run]], output: PathLike, title: str, *,
+                    observed: Sequence[Floats] = (), dpi: float = 150) -> Path:
     """Draw the affected area of each of (name, run) as a line over the terrain of the first, to a PNG, PDF or SVG; ->
-    the path. The runs are of one terrain. Raises InputError for another ending."""
+    the path. The runs are of one terrain. observed: outlines (n, 2) [m] that were observed, drawn in black. Raises
+    InputError for another ending."""
     check_ending(output)
     first = runs[0][1]
     boxes = [np.add(map_box(run), run.origin[:2]) for _, run in runs]
@@ -40,6 +42,11 @@ def render_outlines(runs: Sequence[tuple[str, Run]], output: PathLike, title: st
         handles.append(Line2D([], [], color=colour, lw=1.8, label=name))
         for part in run.hazard.get("release") or ():
             axes.plot(*np.array(part[0]).T, color=RELEASE, lw=1.2, zorder=5)
+    for ring in observed:
+        lines = axes.plot(*np.vstack([ring, ring[:1]]).T, color="black", lw=2.2, zorder=6, label="observed")
+        handles = [lines[0], *(one for one in handles if one.get_label() != "observed")]
+        lower = np.minimum(lower, ring.min(axis=0) - first.origin[:2])
+        upper = np.maximum(upper, ring.max(axis=0) - first.origin[:2])
     draw_built(axes, first)
     axes.legend(handles=handles, loc="best", fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
     draw_frame(axes, first, f"{title}: affected area", lower, upper)

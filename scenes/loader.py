@@ -30,7 +30,7 @@ else:
 def load_scene(name_or_path: PathLike, overrides: Mapping[str, Any] | None = None) -> Scene:
     """Load and validate a scene.
 
-    name_or_path: name of a library scene, or path of a TOML file.
+    name_or_path: name of a library scene, `event:NAME` of an observed avalanche, or path of a TOML file.
     overrides: dotted key -> value, set before validation: {"solver.dx": 0.05, "bodies.0.velocity": [1.0, 0.0]}.
     Raises InputError, which names file, key, value and what is allowed.
     """
@@ -69,7 +69,12 @@ def with_overrides(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
 
 
 def find_scene(name_or_path: PathLike) -> Path:
-    """Path of a scene: a TOML file as given, or the file of a library scene. Raises InputError if there is none."""
+    """Path of a scene: a TOML file as given, the file of a library scene, or of an observed avalanche (`event:NAME`),
+    whose files are fetched. Raises InputError if there is none."""
+    if isinstance(name_or_path, str) and name_or_path.startswith("event:"):
+        from snowmpm.events.store import scene_file
+
+        return scene_file(name_or_path.removeprefix("event:"))
     path = Path(name_or_path)
     named = isinstance(name_or_path, str) and path.suffix != ".toml" and path.name == name_or_path
     if named and not path.is_file():

@@ -42,7 +42,7 @@ MAY_IMPORT = {
     "draft": {"overwriting"},
     "reading": {"memory", "errors", "overwriting"},
     "ground": {*GROUND, "compiler", "materials", "terrain"},
-    "scenes": {*GROUND, "components", "materials", "ground", "water"},
+    "scenes": {*GROUND, "components", "materials", "ground", "water", "events"},  # scenes of observed avalanches
     "io": GROUND,
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
@@ -56,6 +56,7 @@ MAY_IMPORT = {
     "prescribed": GROUND,
     "water": {*GROUND, "compiler", "particles", "stepping", "materials"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
+    "events": {*GROUND, "scenes", "terrain", "gis", "io"},
     "saw_test": {*GROUND, "components", "compiler", "particles", "scenes", "materials"},
     "results": {*GROUND, "compiler", "particles"},
     "micro": {*GROUND, "compiler", "seeding", "materials"},  # the laws that tests of grains are fitted with
@@ -70,10 +71,11 @@ MAY_IMPORT = {
               "render"},
     "advice": {*GROUND, "components", "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running",
                "measured", "study"},
-    "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render"},
+    "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render",
+                  "events"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
-            "campaigns", "micro", "strength"},
+            "campaigns", "micro", "strength", "events"},
 }
 DOOR = "snowmpm.compiler.backend"
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}

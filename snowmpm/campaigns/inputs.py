@@ -63,9 +63,12 @@ class Inputs:
             text = text.replace(str(self._staging / name), str(path))
         return text
 
-    def among(self, values):
-        """Names of files of the campaign among values."""
-        return {value for value in values if isinstance(value, str) and value in self._known.values()}
+    def among(self, value):
+        """Names of files of the campaign in a value, or anywhere in its tables and lists."""
+        if isinstance(value, dict | list | tuple):
+            inner = value.values() if isinstance(value, dict) else value
+            return set().union(*map(self.among, inner))
+        return {value} if isinstance(value, str) and value in self._known.values() else set()
 
     def copy(self, folder, read):
         """Copy the files to the folder of the campaign. read: paths of those that were read as what they should be; the

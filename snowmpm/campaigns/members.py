@@ -164,7 +164,7 @@ class Staged:
         """Members that name files which no member before them names, so that each file is read once."""
         seen = set()
         for member in members:
-            named = self.inputs.among(member.changes.values()) - seen
+            named = self.inputs.among(member.changes) - seen
             if named:
                 seen |= named
                 yield member

@@ -3,7 +3,8 @@
     distance = sqrt(mean of ((computed - observed) / deviation)^2)
 
 over the run-out, the deposit's volume, each front time, and for an outline 1 - (critical success index), which is 0
-where computed and observed area are the same (`snowmpm.gis.observed`). A run without such a number is infinitely far.
+where computed and observed area are the same (`snowmpm.gis.observed`). Of an event it is the misfit of
+`snowmpm.events.scoring`. A run without such a number is infinitely far.
 The front time of a place that the flow does not reach is the end of the run.
 """
 
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from snowmpm.campaigns import untrusted
-from snowmpm.campaigns.work import MAPS
+from snowmpm.campaigns.work import MAPPED, MAPS
 from snowmpm.errors import InputError
 
 
@@ -23,7 +24,13 @@ class Observation:
     def __init__(self, file):
         self._wanted, self._file = file.calibration.observed, file
         self._numbers = {name: one for name in ("runout", "deposit_volume") if (one := self._wanted[name])}
-        self._outline = None
+        self._outline = self._event = None
+        if self._wanted.event:
+            from snowmpm.events.scoring import Observation as Event
+            from snowmpm.events.store import scene_file
+
+            scene_file(self._wanted.event)  # its files are fetched now, not by the first run
+            self._event = Event.of(self._wanted.event)
         if self._wanted.outline:
             self._outline = _polygon(Path(file.base_dir, self._wanted.outline.file), file.source)
 
@@ -38,6 +45,8 @@ class Observation:
     def misfits(self, record, results):
         """{name: misfit over its deviation} of a run. record: its record; results: its folder."""
         numbers = record.get("numbers", {})
+        if self._event is not None:
+            return {"event": self._misfit(numbers, results)}
         found = {name: (numbers.get(name, math.inf) - one.value) / one.deviation for name, one in self._numbers.items()}
         if self._outline is None and not self._wanted.front_times:
             return found
@@ -51,6 +60,17 @@ class Observation:
             time = _at(maps["arrival_time"], corner, cell, one.x, one.y, numbers["end"])
             found[f"front_time_{k}"] = (time - one.time) / one.deviation
         return found
+
+    def _misfit(self, numbers, results):
+        from snowmpm.events.scoring import Computed, scores
+        from snowmpm.io.reader import Map
+
+        if "flow_depth" not in numbers:
+            return math.inf
+        maps = untrusted.maps(Path(results) / MAPS, MAPPED)
+        cell, corner = float(maps["cell"]), maps["corner"]
+        rasters = {name: Map(maps[name], 0.5 * cell, 0.5 * cell, cell, "") for name in MAPPED}
+        return scores(Computed(rasters, corner, numbers), self._event)["misfit"]
 
     def distance(self, record, results):
         """Distance of a run; infinite of one that failed."""

@@ -154,6 +154,10 @@ class Outline(Spec):
 class Observed(Spec):
     """What was observed of the avalanche; at least one."""
 
+    EXAMPLES: ClassVar = {"event": "ryggfonn_2021"}
+
+    event: Name | None = None
+    """an observed avalanche (`snowmpm events`): the distance of a run is its misfit; nothing else beside it"""
     runout: Measured | None = None
     """[m], as `snowmpm maps --definitions` defines it"""
     deposit_volume: Measured | None = None
@@ -163,8 +167,11 @@ class Observed(Spec):
 
     @model_validator(mode="after")
     def _any(self):
-        if not (self.runout or self.deposit_volume or self.outline or self.front_times):
-            raise refuse("must hold at least one of runout, deposit_volume, outline, front_times")
+        others = self.runout or self.deposit_volume or self.outline or self.front_times
+        if not (others or self.event):
+            raise refuse("must hold at least one of event, runout, deposit_volume, outline, front_times")
+        if others and self.event:
+            raise refuse("does not go with other observations: it has its own", "event", self.event)
         return self
 
 

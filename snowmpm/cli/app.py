@@ -10,6 +10,7 @@ from snowmpm.cli import (
     compare,
     docs,
     element,
+    events,
     export,
     gallery,
     grains,
@@ -26,6 +27,7 @@ from snowmpm.cli import (
     study,
 )
 from snowmpm.cli.command import Command
+from snowmpm.cli.errors import guarded
 from snowmpm.cli.help_text import PlainGroup
 from snowmpm.registry import COMMANDS
 
@@ -95,3 +97,14 @@ for command in (
 ):
     command.add_to(campaigns)
 app.add_typer(campaigns, name="campaign")
+
+observed = typer.Typer(help="Observed avalanches: what is known of them, and how near runs come to it.", cls=PlainGroup,
+                       invoke_without_command=True)
+observed.callback()(guarded(events.events, False, False))
+for command in (
+    Command("show", events.show, writes=False, computes=False),
+    Command("get", events.get, writes=False, computes=False),
+    Command("score", events.score),
+):
+    command.add_to(observed)
+app.add_typer(observed, name="events")

@@ -22,10 +22,14 @@ import shapely
 
 from snowmpm.errors import InputError
 from snowmpm.gis.outlines import affected, outline
+from snowmpm.io.reader import Map
 from snowmpm.quantities.classes import PRESSURES
 from snowmpm.quantities.thalweg import ahead_of
 from snowmpm.seeding.regions import read_regions
+from snowmpm.terrain.raster import read_raster
 from snowmpm.terrain.reference_system import ReferenceSystem
+
+RASTERS = (".asc", ".tif", ".tiff")
 
 STEP = 5.0
 """Spacing [m] of points along an outline for its reach along the thalweg."""
@@ -45,18 +49,39 @@ class Observed:
         return [np.array(ring.coords)[:-1, :2] for part in parts for ring in (part.exterior, *part.interiors)]
 
 
-def read_observed(path, run):
-    """The outline in a .shp, .geojson or .gpkg file, transformed to the projection of a `Run`.
+def read_observed(path, run, key="--observed"):
+    """The outline in a .shp, .geojson or .gpkg file, or around the cells above 0 of an .asc or .tif raster, transformed
+    to the projection of a `Run`.
 
-    InputError as for a release, and for an outline that lies beside the maps.
+    InputError as for a release, and for an outline that lies beside the maps. key: names the file in messages.
     """
-    regions = read_regions(path, "--observed", system_of(run))
-    geometry = shapely.union_all([region.polygons.geometry for region in regions])
+    geometry = area_of(path, system_of(run), key)
     away = shapely.distance(geometry, _extent(run))
     if away > 0.0:
-        raise InputError.at("--observed", str(path), f"lies {away / 1e3:.3g} km beside the maps of {run.path}: is its"
-                                                     " coordinate system right?")
+        raise InputError.at(key, str(path), f"lies {away / 1e3:.3g} km beside the maps of {run.path}: is its"
+                                            " coordinate system right?")
     return Observed(Path(path).name, geometry)
+
+
+def area_of(path, system, key="--observed"):
+    """Polygons of an observed area, see `read_observed`, in the `ReferenceSystem` `system`, None where that is not
+    known. InputError."""
+    if Path(path).suffix.lower() in RASTERS:
+        return _of_raster(path, system, key)
+    return shapely.union_all([region.polygons.geometry for region in read_regions(path, key, system)])
+
+
+def _of_raster(path, system, key):
+    raster = read_raster(path, key=key, quantity="marks of an observed area")
+    seen, lattice = np.nan_to_num(raster.z) > 0.0, raster.lattice()
+    if not seen.any():
+        raise InputError.at(key, str(path), "no cell is above 0: nothing was observed")
+    if lattice is None:
+        raise InputError.at(key, str(path), "must have square cells")
+    found = outline(seen, Map(raster.z, raster.x[0], raster.y[0], lattice[1], ""), (0.0, 0.0))
+    if raster.system is None or system is None:
+        return found
+    return shapely.transform(found, lambda corners: raster.system.carried(corners, system))
 
 
 def system_of(run):
@@ -102,8 +127,8 @@ def compare(computed, observed, profile=None, reach=None):
              "false_alarm_ratio": false / (hit + false), "area_ratio": (hit + false) / (hit + missed)}
     if profile:
         way = _extended(np.column_stack([profile["x"], profile["y"]]), computed, observed)
-        seen = _reach(way, observed)
-        own = _reach(way, computed) if reach is None else reach
+        seen = reach_along(way, observed)
+        own = reach_along(way, computed) if reach is None else reach
         found |= {"observed_reach": seen, "runout_difference": own - seen}
     return found
 
@@ -114,7 +139,8 @@ def _extended(line, *areas):
     return shapely.LineString([*line, line[-1] + np.linalg.norm(high - low) * ahead_of(line)])
 
 
-def _reach(way, area):
+def reach_along(way, area):
+    """Length [m] along a line to the furthest point of an area, by its nearest place on the line."""
     return float(shapely.line_locate_point(way, shapely.points(_points(area))).max())
 
 

@@ -1,6 +1,7 @@
 """Campaigns of scenarios: named sets of changes, one table and one map of all."""
 
 import csv
+import json
 
 import pytest
 
@@ -46,6 +47,20 @@ def test_sets_that_are_none(tmp_path, parameter, words):
 def test_a_calibration_has_no_scenarios(tmp_path):
     with pytest.raises(InputError, match="does not go with a calibration"):
         file(tmp_path, calibration={"observed": {"runout": {"value": 700.0, "deviation": 10.0}}})
+
+
+def test_a_file_within_a_table_of_a_scenario_goes_into_the_folder(tmp_path):
+    """A forest whose polygon is a file: it was refused as one that no run would read."""
+    from snowmpm.campaigns.launch import prepare
+
+    pytest.importorskip("distributed")
+    corners = [[600650, 200130], [600700, 200130], [600700, 200200], [600650, 200130]]
+    trees = json.dumps({"type": "Polygon", "coordinates": [corners]})
+    (tmp_path / "trees.geojson").write_text(trees, encoding="utf-8")
+    forest = [{"name": "trees", "region": {"file": "trees.geojson"}, "drag": 0.01}]
+    sets = {"bare": {"solver.dx": 20.0}, "forest": {"terrain.forest": forest}}
+    plan, _ = prepare(file(tmp_path, {"scenario": {"distribution": "scenarios", "sets": sets}}), tmp_path / "out")
+    assert len(plan.members) == 2 and list((tmp_path / "out" / "inputs").glob("*/trees.geojson"))
 
 
 @pytest.mark.filterwarnings("ignore")

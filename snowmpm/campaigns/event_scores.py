@@ -1,0 +1,148 @@
+"""An observed avalanche computed in every way, and how near each came: a campaign of scenarios, and one table."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from snowmpm.campaigns import scenarios
+from snowmpm.campaigns.spec import checked
+from snowmpm.draft import write_table
+from snowmpm.errors import InputError
+from snowmpm.events import store
+from snowmpm.events.page import facts, place_of
+from snowmpm.events.scoring import score_run
+from snowmpm.events.ways import AS_IT_IS, ways
+from snowmpm.io import Run
+from snowmpm.io.status import status_of
+from snowmpm.quantities.scores import MISFIT, SCORES, VALUE
+from snowmpm.quantities.table import quantity
+from snowmpm.render.document import Document, Listing, Note, Paragraph, Picture, Section, Table
+from snowmpm.render.outline_map import render_outlines
+from snowmpm.render.page import page_of, write_page
+
+FILES = ("scores.csv", "event.html", "pictures/event.png")
+DRAWN = 6
+"""Outlines on the map: those of the lowest misfit."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """way: its name; run; numbers: by name of `snowmpm.quantities.scores`."""
+
+    way: str
+    run: Run
+    numbers: dict[str, Any]
+
+
+def event_file(name, only=()):
+    """`CampaignFile` of all ways to compute an event, or of those whose names contain one of the words. InputError."""
+    known = ways(name)
+    for word in only:
+        if not any(word in way for way in known):
+            raise InputError.not_in("--only", word, known)
+    chosen = {way: changes for way, changes in known.items()
+              if not only or way == AS_IT_IS or any(word in way for word in only)}
+    data = {"name": f"event_{name}", "scene": store.PREFIX + name, "design": "grid",
+            "parameters": {"way": {"distribution": "scenarios", "sets": chosen}}}
+    return checked(data, f"event:{name}", store.kept(name))
+
+
+def score_event(name, campaign):
+    """[`Scored`] of the runs of a `Campaign` that are done, in its order, and the `Observation`."""
+    found = [(way, run, *score_run(run, name)) for way, run in scenarios.done(campaign)]
+    return [Scored(way, run, numbers) for way, run, numbers, _ in found], found[0][-1]
+
+
+def best(found):
+    """The `Scored` of the lowest misfit."""
+    return min(found, key=lambda one: one.numbers["misfit"])
+
+
+def names(found):
+    """Names of the numbers that some of them have, in order."""
+    known = [one.name for one in SCORES]
+    held = {name for one in found for name in one.numbers}
+    return [*(name for name in known if name in held), *sorted(held - set(known))]
+
+
+def _quantity(name):
+    return next((one for one in SCORES if one.name == name), VALUE)
+
+
+def label(name, event):
+    """What a number is called: of a measured value, where and how."""
+    if not name.startswith("value_error_"):
+        return _quantity(name).label
+    one = event.observed.values[int(name.rpartition("_")[2])]
+    return f"{quantity(one.map).label} {place_of(one)} less measured, in deviations"
+
+
+def _text(name, value):
+    return "-" if value is None else _quantity(name).text(value)
+
+
+def lines(found, event):
+    """The scores as a table for reading: a row a way, from the lowest misfit."""
+    columns, leader = names(found), best(found)
+    rows = [["", *(label(name, event) for name in columns), "final"]]
+    for one in sorted(found, key=lambda one: one.numbers["misfit"]):
+        marks = [word for word, holds in (("best", one is leader), ("default", one.way == AS_IT_IS)) if holds]
+        rows.append([f"{one.way} [{', '.join(marks)}]" if marks else one.way,
+                     *(_text(name, one.numbers.get(name)) for name in columns),
+                     "yes" if status_of(one.run).final else "no"])
+    heads = [_two(head) for head in rows[0]]
+    rows = [[head[0] for head in heads], [head[1] for head in heads], *rows[1:]]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows]
+
+
+def _two(text):
+    """A heading on two lines."""
+    words = text.split()
+    half = min(range(len(words) + 1), key=lambda k: max(len(" ".join(words[:k])), len(" ".join(words[k:]))))
+    return " ".join(words[:half]), " ".join(words[half:])
+
+
+def write_scores(found, path):
+    """Write the scores as CSV, a row a way; -> the path."""
+    columns = names(found)
+    return write_table(path, ["way", *columns, "final", "statement"], [
+        [one.way, *("" if one.numbers.get(name) is None else one.numbers[name] for name in columns),
+         "yes" if status_of(one.run).final else "no", status_of(one.run).text] for one in found])
+
+
+def write_event_page(name, campaign, found, observation):
+    """Write the page of an event: what was observed, what is assumed, scores, a map; -> paths, the page first."""
+    event, nearest = store.event(name), sorted(found, key=lambda one: one.numbers["misfit"])[:DRAWN]
+    default = next((one for one in found if one.way == AS_IT_IS), None)
+    shown = [*nearest, *([default] if default and default not in nearest else [])]
+    picture = render_outlines([(one.way, one.run) for one in shown], campaign.folder / FILES[2],
+                              f"{event.place}, {event.date}", observed=observation.rings)
+    seen = f"; observed in black, {event.credit}" if observation.rings else ""
+    blocks = [Picture(picture, f"Affected areas of the nearest ways and of the default{seen}"),
+              Listing("\n".join(lines(found, event))), Paragraph(said(found))]
+    moving = [one.way for one in found if not status_of(one.run).final]
+    if moving:
+        blocks.append(Note(f"not final: {', '.join(moving)}"))
+    definitions = {one.label: one.definition for one in (*SCORES, VALUE) if one is VALUE or one.name in names(found)}
+    page = write_page(campaign.folder / FILES[1], page_of(Document(event.title, f"{len(found)} ways to compute it", [
+        Section("Scores", blocks), Section("What is known of it", [Table(facts(event))]),
+        Section("What is assumed", [Paragraph(text) for text in event.assumed]),
+        Section("What the numbers mean", [Table(definitions)]),
+        Section("How to make it again", [Listing(f"snowmpm events score {name}")])])))
+    return [page, picture]
+
+
+def said(found):
+    """What the scores say of the default, in a sentence or two."""
+    default, leader = next((one for one in found if one.way == AS_IT_IS), None), best(found)
+    if default is None or default is leader:
+        return "The default is the nearest of these ways." if default else ""
+    ahead = sum(one.numbers["misfit"] < default.numbers["misfit"] for one in found)
+    text = (f"The default has a misfit of {MISFIT.text(default.numbers['misfit'])}; {ahead} of {len(found)} ways are"
+            f" nearer, the nearest {leader.way} with {MISFIT.text(leader.numbers['misfit'])}.")
+    error = default.numbers.get("runout_error")
+    if error is not None and np.isfinite(error):
+        text += f" It stops {abs(error):.0f} m {'short of' if error < 0 else 'beyond'} the observed place."
+    return text
