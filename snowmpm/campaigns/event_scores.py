@@ -22,6 +22,7 @@ from snowmpm.render.outline_map import render_outlines
 from snowmpm.render.page import page_of, write_page
 
 FILES = ("scores.csv", "event.html", "pictures/event.png")
+AS_SET = "with --set"
 DRAWN = 6
 """Outlines on the map: those of the lowest misfit."""
 
@@ -35,14 +36,15 @@ class Scored:
     numbers: dict[str, Any]
 
 
-def event_file(name, only=()):
-    """`CampaignFile` of all ways to compute an event, or of those whose names contain one of the words. InputError."""
-    known = ways(name)
+def event_file(name, only=(), changes=None):
+    """`CampaignFile` of all ways to compute an event, or of those whose names contain one of the words; changes: of the
+    scene, one more way. InputError."""
+    known = ways(name) | ({AS_SET: changes} if changes else {})
     for word in only:
         if not any(word in way for way in known):
             raise InputError.not_in("--only", word, known)
-    chosen = {way: changes for way, changes in known.items()
-              if not only or way == AS_IT_IS or any(word in way for word in only)}
+    chosen = {way: own for way, own in known.items()
+              if not only or way in (AS_IT_IS, AS_SET) or any(word in way for word in only)}
     data = {"name": f"event_{name}", "scene": store.PREFIX + name, "design": "grid",
             "parameters": {"way": {"distribution": "scenarios", "sets": chosen}}}
     return checked(data, f"event:{name}", store.kept(name))
@@ -108,7 +110,7 @@ def write_scores(found, path):
     """Write the scores as CSV, a row a way; -> the path."""
     columns = names(found)
     return write_table(path, ["way", *columns, "final", "statement"], [
-        [one.way, *("" if one.numbers.get(name) is None else one.numbers[name] for name in columns),
+        [one.way, *("" if one.numbers.get(name) is None else f"{one.numbers[name]:.6g}" for name in columns),
          "yes" if status_of(one.run).final else "no", status_of(one.run).text] for one in found])
 
 
@@ -118,7 +120,7 @@ def write_event_page(name, campaign, found, observation):
     default = next((one for one in found if one.way == AS_IT_IS), None)
     shown = [*nearest, *([default] if default and default not in nearest else [])]
     picture = render_outlines([(one.way, one.run) for one in shown], campaign.folder / FILES[2],
-                              f"{event.place}, {event.date}", observed=observation.rings)
+                              f"{name.replace('_', ' ')}", observed=observation.rings, places=observation.places)
     seen = f"; observed in black, {event.credit}" if observation.rings else ""
     blocks = [Picture(picture, f"Affected areas of the nearest ways and of the default{seen}"),
               Listing("\n".join(lines(found, event))), Paragraph(said(found))]

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli.options import Json, Quiet
+from snowmpm.cli.options import Json, Quiet, Settings, setting_values
 from snowmpm.cli.table import print_facts, print_json
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Name of an event; `snowmpm events` has them.")]
@@ -69,19 +69,19 @@ def get(name: Name, accept_licence: Accept = False, quiet: Quiet = False):
         print(f"{path}\ndata by {one.credit}, {one.licence}: {one.uses}")
 
 
-def score(name: Name, output: Output = None, only: Only = None, workers: Workers = None, resume: Resume = False,
-          quiet: Quiet = False, as_json: Json = False):
+def score(name: Name, output: Output = None, only: Only = None, settings: Settings = None, workers: Workers = None,
+          resume: Resume = False, quiet: Quiet = False, as_json: Json = False):
     """Compute an event with every class of friction and by other methods, and score each against what was observed.
 
-    A campaign with a run a way. Writes scores.csv, a page of the event with a map (event.html), and what
-    `snowmpm campaign run` writes.
+    A campaign with a run a way; with --set one more way is computed. Writes scores.csv, a page of the event with a map
+    (event.html), and what `snowmpm campaign run` writes.
     """
     from snowmpm import overwriting
     from snowmpm.campaigns import event_scores
     from snowmpm.campaigns.launch import raise_if_all_failed, run_campaign
     from snowmpm.events import store
 
-    file = event_scores.event_file(name, tuple(only or ()))
+    file = event_scores.event_file(name, tuple(only or ()), setting_values(settings))
     folder = output or Path("campaigns") / file.name
     overwriting.guard_in(folder, event_scores.FILES)
 

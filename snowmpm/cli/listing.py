@@ -9,15 +9,18 @@ from snowmpm.cli.table import LONGEST, print_json
 
 
 def list_library(as_json: Json = False):
-    """List library scenes and campaigns, cards and kinds of material, cards and laws of friction, element tests."""
+    """List library scenes, campaigns and observed avalanches, cards and kinds of material, cards and laws of friction,
+    element tests."""
     from snowmpm import ground
     from snowmpm.campaigns.library import campaigns
+    from snowmpm.events import store
     from snowmpm.materials import EXPERIMENTS, LAWS
     from snowmpm.scenes import friction_cards, library, material_cards
 
     tables = {
         "scenes": library(),
         "campaigns": campaigns(),
+        "events": {name: store.event(name).title for name in store.events()},
         "cards": {name: card.description for name, card in material_cards().items()},
         "kinds": {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())},
         "friction_cards": {name: card.description for name, card in friction_cards().items()},
@@ -30,6 +33,8 @@ def list_library(as_json: Json = False):
     _print_table("Scenes (snowmpm run NAME)", tables["scenes"])
     print()
     _print_table("Campaigns (snowmpm campaign run NAME)", tables["campaigns"])
+    print()
+    _print_table("Observed avalanches (snowmpm run event:NAME, snowmpm events)", tables["events"])
     print()
     _print_table("Material cards (material = NAME in a scene)", tables["cards"])
     print()

@@ -24,7 +24,7 @@ def facts(event):
     for one in seen.values:
         unit = quantity(one.map).unit
         found[f"{quantity(one.map).label}, {place_of(one)}"] = (
-            f"{one.value:g} ± {one.deviation:g} {unit}, {one.by}")
+            f"{'at least ' if one.at_least else ''}{one.value:g} ± {one.deviation:g} {unit}, {one.by}")
     found |= {"data by": event.credit, "licence": f"{event.licence}: {event.uses}", "its text": event.terms}
     for k, text in enumerate(event.sources):
         found["source" if len(event.sources) == 1 else f"source {k + 1}"] = text

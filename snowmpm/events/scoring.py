@@ -4,6 +4,7 @@ Areas are compared as AIMEC does (true and false positives, false negatives), bu
 cross-sections of a path, which overlap in bends.
 """
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,9 @@ from snowmpm.events.spec import Event
 from snowmpm.events.store import PREFIX, event, kept
 from snowmpm.gis.observed import area_of, compare, reach_along, system_of
 from snowmpm.gis.outlines import outline
+
+BEYOND = 1.0
+"""Distance from the end of a path [m] within which a flow counts as going beyond it."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,17 @@ class Observation:
         """Outlines that were observed, (n, 2) each [m]."""
         parts = [part for area in (self.outline, self.deposit) if area is not None for part in shapely.get_parts(area)]
         return [np.array(part.exterior.coords)[:-1, :2] for part in parts]
+
+
+    @property
+    def places(self):
+        """(words, corners (n, 2)) of the path, of where the flow stopped, and of measured values."""
+        seen, found = self.event.observed, []
+        if seen.path:
+            found.append(("path", np.array(seen.path)))
+        if seen.stopped:
+            found.append(("stopped here", np.array([[seen.stopped.x, seen.stopped.y]])))
+        return found + [("measured here", np.array([[one.x, one.y]])) for one in seen.values if one.x is not None]
 
 
 @dataclass(frozen=True)
@@ -99,6 +114,8 @@ def scores(run, observation):
         misfits.append((volume - seen.deposit_volume.value) / seen.deposit_volume.deviation)
     for k, one in enumerate(seen.values):
         error = _value(run, one)
+        if one.at_least and error is not None:
+            error = min(error, 0.0)
         found[f"value_error_{k}"] = error
         misfits.append(np.inf if error is None else error)
     return {"misfit": float(np.sqrt(np.mean(np.square(misfits)))), **found}
@@ -130,6 +147,8 @@ def _of_runout(run, computed, observation):
     if computed is None:
         return {"runout_error": None, "angle_error": None}
     own = reach_along(line, computed)
+    if own > line.length - BEYOND:
+        warnings.warn("the flow reaches the end of the event's path: its run-out is at least that", stacklevel=2)
     found = {"runout_error": own - far, "angle_error": None}
     if run.height is not None and min(own, far) > 0.0:
         places = np.array([shapely.line_interpolate_point(line, s).coords[0] for s in (0.0, own, far)])

@@ -109,6 +109,8 @@ class Value(Spec):
     """what was measured, in the unit of the map"""
     deviation: Positive
     """its standard deviation"""
+    at_least: bool = False
+    """whether the place may have seen more, as of a sensor behind the fastest part: then only too little counts"""
     by: Text
     """how it was measured"""
 

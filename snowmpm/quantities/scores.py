@@ -26,4 +26,4 @@ SCORES = (
              " computed one is at the density of the release; a deposit is denser.", WHERE),
 )
 VALUE = Quantity("value_error", "value less measured", "1", "Value of a map at a place, or its largest anywhere, less"
-                 " what was measured there, over its standard deviation.", WHERE)
+                 " what was measured there, over its standard deviation; 0 above what it was at least.", WHERE)

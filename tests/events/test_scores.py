@@ -91,6 +91,12 @@ def test_a_measured_speed(straight, place, expected):
     assert found["value_error_0"] == pytest.approx(expected) and found["misfit"] == pytest.approx(abs(expected))
 
 
+@pytest.mark.parametrize(("value", "expected"), [(9.0, 0.0), (16.0, -2.0)])
+def test_a_sensor_may_ride_behind_the_fastest_part(straight, value, expected):
+    seen = observation(values=[{"map": "peak_speed", "value": value, "deviation": 2.0, "at_least": True, "by": "hand"}])
+    assert scores(straight, seen)["value_error_0"] == pytest.approx(expected)
+
+
 def test_turning_the_scene_changes_nothing(straight):
     """A quarter turn, in which cells stay cells."""
     seen = observation(box(20, 80, 400, 120), outline={"file": "a.shp", "uncertainty": 10.0}, path=PATH)
@@ -140,7 +146,7 @@ def test_every_way_to_compute_an_event_in_one_table(made_up, call, tmp_path):
     assert (folder / "pictures" / "event.png").stat().st_size > 10_000
     again = call("events", "score", name, "--only", "samos_at_small", "--only", "Coulomb", "--resume", "--json")
     assert again[0] == 0 and json.loads(again[1])["samos_at_small"]["misfit"] == pytest.approx(
-        float(rows["samos_at_small"]["misfit"]))
+        float(rows["samos_at_small"]["misfit"]), rel=1e-5)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -152,8 +158,34 @@ def test_an_event_is_run_by_its_name_and_drawn_with_its_outline(made_up, call, t
 
     numbers, seen = score_run(Run(tmp_path / "out"), name)
     assert 0.2 < numbers["success_index"] < 1.0 and len(seen.rings) == 1
+    assert _distance_of_a_calibration(Run(tmp_path / "out"), name, tmp_path) == pytest.approx(
+        numbers["misfit"], rel=1e-6)
     code, out, err = call("maps", "out", "--observed", store.kept(name) / "seen.geojson")
     assert code == 0 and f"critical success index  {100 * numbers['success_index']:.1f} %" in out
+
+
+def _distance_of_a_calibration(run, name, folder):
+    """Of a run as a campaign keeps it: its numbers and five of its maps."""
+    from snowmpm.campaigns import work
+    from snowmpm.campaigns.observation import Observation as OfCampaign
+    from snowmpm.campaigns.spec import checked
+
+    work._write_maps(folder / work.MAPS, run)
+    mu = {"key": "terrain.friction.mu", "distribution": "uniform", "low": 0.1, "high": 0.4}
+    file = checked({"name": "fit", "scene": f"event:{name}", "runs": 8, "parameters": {"mu": mu},
+                    "calibration": {"observed": {"event": name}}}, "fit.toml", folder)
+    return OfCampaign(file).distance({"status": "done", "numbers": work.numbers_of(run)}, folder)
+
+
+def test_one_event_and_nothing_beside_it(tmp_path):
+    from snowmpm.campaigns.spec import checked
+    from snowmpm.errors import InputError
+
+    mu = {"key": "terrain.friction.mu", "distribution": "uniform", "low": 0.1, "high": 0.4}
+    observed = {"event": "ryggfonn_2021", "runout": {"value": 1.0, "deviation": 1.0}}
+    with pytest.raises(InputError, match="does not go with other observations"):
+        checked({"name": "fit", "scene": "event:ryggfonn_2021", "runs": 8, "parameters": {"mu": mu},
+                 "calibration": {"observed": observed}}, "fit.toml", tmp_path)
 
 
 def test_words_that_no_way_has(made_up, call):
