@@ -24,8 +24,10 @@ BASE_MEMORY = 1.0 * 2**30
 SETTINGS = {"distributed.scheduler.allowed-failures": DEATHS,
             "distributed.logging.distributed": "critical",
             "distributed.scheduler.worker-saturation": 1.0,
-            "distributed.admin.log-format": "%(message)s"}
-"""Of Dask, while a campaign runs: a run that is waiting stays with the scheduler, where any worker can take it."""
+            "distributed.admin.log-format": "%(message)s",
+            "distributed.worker.profile.enabled": False}
+"""Of Dask, while a campaign runs: a run that is waiting stays with the scheduler, where any worker can take it; workers
+are not sampled, see `work.stop_sampling`."""
 
 
 def require_cluster():

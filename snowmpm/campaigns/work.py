@@ -62,8 +62,24 @@ def read_record(results):
     return untrusted.record(Path(results) / RECORD)
 
 
+def stop_sampling():
+    """Stop Dask's profiler of the worker that this runs in, wherever it was started.
+
+    It calls `sys._current_frames` a hundred times a second. Before Python 3.12 that waits for itself without end when
+    the garbage collector runs within it (CPython issue 106883): a worker of a calibration hung so.
+    """
+    from distributed import get_worker
+
+    with contextlib.suppress(ValueError):  # not in a worker
+        worker = get_worker()
+        sampler = worker.periodic_callbacks.get("profile")
+        if sampler is not None:
+            worker.loop.add_callback(sampler.stop)
+
+
 def work(job):
     """Do a job, unless it is done; -> its record: {"status", "reason", "numbers", "work"}."""
+    stop_sampling()
     started, results = clock.time(), Path(job.results)
     try:
         while (lock := _locked(results)) is None:  # another worker is at it

@@ -134,3 +134,23 @@ def test_slurm_script_has_what_a_run_needs():
     script = SLURMCluster(**slurm_options(options)).job_script()
     assert "#SBATCH -p gpu" in script and "--cpus-per-task=4" in script and "02:00:00" in script
     assert "--resources GPU=1" in script and "--nthreads 1" in script
+
+
+def test_workers_are_not_sampled(site):
+    """Dask's profiler hung a worker for good (CPython issue 106883): off on ours, and stopped on those of others."""
+    import dask
+    import distributed
+
+    from snowmpm.campaigns import work
+
+    def sampler(dask_worker):
+        return dask_worker.periodic_callbacks.get("profile")
+
+    assert not any(site.client.run(sampler).values())
+    with dask.config.set({"distributed.worker.profile.enabled": True}), distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as other, \
+            distributed.Client(other) as client:
+        worker = next(iter(other.workers.values()))
+        assert worker.periodic_callbacks["profile"].is_running()
+        client.submit(work.stop_sampling).result(timeout=30)
+        assert not worker.periodic_callbacks["profile"].is_running()
