@@ -1,0 +1,61 @@
+"""The table of the guide of observed avalanches: that which `snowmpm events score` wrote."""
+
+import csv
+import re
+
+import pytest
+
+from tests.support.project import ROOT
+
+GUIDE = (ROOT / "docs" / "events.md").read_text(encoding="utf-8")
+NAMES = {"`samos_at_auto`, the default": "as the scene is", "Coulomb 0.3": "Coulomb 0.3, of a scene that names none",
+         "the default, by columns": "as the scene is, by columns", "the default, by `mpm`": "as the scene is, by mpm"}
+RYGGFONN, ARZL, NORDKETTE = "ryggfonn_2021", "arzler_alm_2019", "nordkette_2022"
+COLUMNS = ((RYGGFONN, "misfit", 1.0, 0.006), (RYGGFONN, "success_index", 1.0, 0.006),
+           (RYGGFONN, "runout_error", 1.0, 0.51), (ARZL, "misfit", 1.0, 0.006), (ARZL, "runout_error", 1.0, 0.51),
+           (NORDKETTE, "misfit", 1.0, 0.006), (NORDKETTE, "value_error_3", 3.0, 0.06))
+"""Event, number, factor to the unit of the guide, half of its last digit."""
+
+
+def scores(name):
+    path = ROOT / "tests" / "benchmarks" / "figures" / f"event_{name}.csv"
+    with path.open(encoding="utf-8") as file:
+        return {row["way"]: row for row in csv.DictReader(file)}
+
+
+def rows():
+    table = re.search(r"^\| way \|.*?\n\|[-|]+\n(.*?)\n\n", GUIDE, re.MULTILINE | re.DOTALL)[1]
+    for line in table.splitlines():
+        name, *cells = (cell.strip() for cell in line.strip("|").split("|"))
+        yield NAMES.get(name, name.strip("`")), cells
+
+
+def test_every_way_of_every_event_is_told():
+    told = {way for way, _ in rows()}
+    assert told == {way for name in (RYGGFONN, ARZL, NORDKETTE) for way in scores(name)}
+
+
+@pytest.mark.parametrize(("way", "cells"), rows(), ids=[way for way, _ in rows()])
+def test_figures_are_those_of_the_command(way, cells):
+    for (name, number, factor, digit), cell in zip(COLUMNS, cells, strict=True):
+        known = scores(name).get(way, {}).get(number, "")
+        assert (cell == "") == (known == ""), (name, number)
+        if cell:
+            assert float(cell.strip("*")) == pytest.approx(float(known) * factor, abs=digit), (name, number)
+
+
+def test_the_best_of_each_event_is_marked():
+    for name, at in ((RYGGFONN, 0), (ARZL, 3), (NORDKETTE, 5)):
+        found = scores(name)
+        least = min(found, key=lambda way: float(found[way]["misfit"]))
+        assert [way for way, cells in rows() if cells[at].startswith("**")] == [least]
+
+
+def test_words_on_the_default():
+    default, thick = scores(RYGGFONN)["as the scene is"], scores(RYGGFONN)["a release of 1.5 m"]
+    assert f"it stops {-float(default['runout_error']):.0f} m, or {float(default['angle_error']):.1f} degrees" in GUIDE
+    assert f"and {-float(thick['runout_error']):.0f} m if the release was 1.5 m thick" in GUIDE
+    every = set.intersection(*(set(scores(name)) for name in (RYGGFONN, ARZL, NORDKETTE)))
+    over_all = {way: sum(float(scores(name)[way]["misfit"]) ** 2 for name in (RYGGFONN, ARZL, NORDKETTE))
+                for way in every}
+    assert min(over_all, key=over_all.get) == "voellmy_min_shear_avaframe"
