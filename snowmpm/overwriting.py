@@ -187,14 +187,25 @@ def _reason(path: Path) -> str:
     except OSError:
         return ""
     with contextlib.suppress(OSError):
-        real = os.stat(path)
-        if (real.st_dev, real.st_ino) in _read:
+        if _is_read(os.stat(path)):
             return "is read by this command"
     if os.path.islink(path):
         return "is a link, and not of snowmpm"
     if os.path.isfile(path) and found.st_size == 0:
         return ""  # nothing to lose
     return "" if is_own(path) else "was not written by a command of snowmpm, or was changed since"
+
+
+def _is_read(found: os.stat_result) -> bool:
+    """Whether a file is one that was read. The number of a file that is gone may be that of a new one."""
+    key = (found.st_dev, found.st_ino)
+    if key not in _read:
+        return False
+    try:
+        read = os.stat(_read[key])
+    except OSError:
+        return False
+    return (read.st_dev, read.st_ino) == key
 
 
 def _digest(path: Path) -> str:

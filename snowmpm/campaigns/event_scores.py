@@ -8,11 +8,11 @@ import numpy as np
 from snowmpm.campaigns import scenarios
 from snowmpm.campaigns.spec import checked
 from snowmpm.draft import write_table
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
 from snowmpm.events import store
 from snowmpm.events.page import facts, place_of
-from snowmpm.events.scoring import score_run
-from snowmpm.events.ways import AS_IT_IS, ways
+from snowmpm.events.scoring import Observation, score_run
+from snowmpm.events.ways import ways
 from snowmpm.io import Run
 from snowmpm.io.status import status_of
 from snowmpm.quantities.scores import MISFIT, SCORES, VALUE
@@ -20,40 +20,56 @@ from snowmpm.quantities.table import quantity
 from snowmpm.render.document import Document, Listing, Note, Paragraph, Picture, Section, Table
 from snowmpm.render.outline_map import render_outlines
 from snowmpm.render.page import page_of, write_page
+from snowmpm.scenes.friction_cards import friction_card, friction_cards, law_for_volume
 
 FILES = ("scores.csv", "event.html", "pictures/event.png")
-AS_SET = "with --set"
+LONGEST = 60
+"""Characters of a way's name."""
 DRAWN = 6
 """Outlines on the map: those of the lowest misfit."""
 
 
 @dataclass(frozen=True)
 class Scored:
-    """way: its name; run; numbers: by name of `snowmpm.quantities.scores`."""
+    """way: its name; run; numbers: by name of `snowmpm.quantities.scores`; default: whether it is that of the scene."""
 
     way: str
     run: Run
     numbers: dict[str, Any]
+    default: bool
 
 
 def event_file(name, only=(), changes=None):
     """`CampaignFile` of all ways to compute an event, or of those whose names contain one of the words; changes: of the
-    scene, one more way. InputError."""
-    known = ways(name) | ({AS_SET: changes} if changes else {})
+    scene, one more way. InputError, also for observations that cannot be read."""
+    known = ways(name)
+    Observation.of(name)
     for word in only:
         if not any(word in way for way in known):
             raise InputError.not_in("--only", word, known)
+    default = next(iter(known))
     chosen = {way: own for way, own in known.items()
-              if not only or way in (AS_IT_IS, AS_SET) or any(word in way for word in only)}
+              if not only or way == default or any(word in way for word in only)}
+    if changes:
+        words = ", ".join(f"{key.rpartition('.')[2]} {_words(value)}" for key, value in changes.items())
+        chosen[shown_line(f"set: {words}", LONGEST)] = changes
     data = {"name": f"event_{name}", "scene": store.PREFIX + name, "design": "grid",
             "parameters": {"way": {"distribution": "scenarios", "sets": chosen}}}
     return checked(data, f"event:{name}", store.kept(name))
 
 
+def _words(value):
+    """A value of a setting in short."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_words(one)}" for name, one in value.items())
+    return str(value)
+
+
 def score_event(name, campaign):
     """[`Scored`] of the runs of a `Campaign` that are done, in its order, and the `Observation`."""
-    found = [(way, run, *score_run(run, name)) for way, run in scenarios.done(campaign)]
-    return [Scored(way, run, numbers) for way, run, numbers, _ in found], found[0][-1]
+    found = [(way, run, *score_run(run, name)) for way, run in scenarios.done(campaign, None)]
+    default = next(iter(ways(name)))
+    return [Scored(way, run, numbers, way == default) for way, run, numbers, _ in found], found[0][-1]
 
 
 def best(found):
@@ -64,7 +80,7 @@ def best(found):
 def names(found):
     """Names of the numbers that some of them have, in order."""
     known = [one.name for one in SCORES]
-    held = {name for one in found for name in one.numbers}
+    held = {name for one in found for name in one.numbers} - {"runout_beyond"}
     return [*(name for name in known if name in held), *sorted(held - set(known))]
 
 
@@ -80,8 +96,10 @@ def label(name, event):
     return f"{quantity(one.map).label} {place_of(one)} less measured, in deviations"
 
 
-def _text(name, value):
-    return "-" if value is None else _quantity(name).text(value)
+def _text(name, numbers):
+    value = numbers.get(name)
+    beyond = ">= " if name == "runout_error" and numbers.get("runout_beyond") else ""
+    return "-" if value is None else f"{beyond}{_quantity(name).text(value)}"
 
 
 def lines(found, event):
@@ -89,9 +107,9 @@ def lines(found, event):
     columns, leader = names(found), best(found)
     rows = [["", *(label(name, event) for name in columns), "final"]]
     for one in sorted(found, key=lambda one: one.numbers["misfit"]):
-        marks = [word for word, holds in (("best", one is leader), ("default", one.way == AS_IT_IS)) if holds]
+        marks = [word for word, holds in (("best", one is leader), ("default", one.default)) if holds]
         rows.append([f"{one.way} [{', '.join(marks)}]" if marks else one.way,
-                     *(_text(name, one.numbers.get(name)) for name in columns),
+                     *(_text(name, one.numbers) for name in columns),
                      "yes" if status_of(one.run).final else "no"])
     heads = [_two(head) for head in rows[0]]
     rows = [[head[0] for head in heads], [head[1] for head in heads], *rows[1:]]
@@ -109,42 +127,59 @@ def _two(text):
 def write_scores(found, path):
     """Write the scores as CSV, a row a way; -> the path."""
     columns = names(found)
-    return write_table(path, ["way", *columns, "final", "statement"], [
+    return write_table(path, ["way", *columns, "runout_beyond", "final", "statement", "class"], [
         [one.way, *("" if one.numbers.get(name) is None else f"{one.numbers[name]:.6g}" for name in columns),
-         "yes" if status_of(one.run).final else "no", status_of(one.run).text] for one in found])
+         "yes" if one.numbers.get("runout_beyond") else "no",
+         "yes" if status_of(one.run).final else "no", status_of(one.run).text, doubts(one.run)] for one in found])
 
 
-def write_event_page(name, campaign, found, observation):
-    """Write the page of an event: what was observed, what is assumed, scores, a map; -> paths, the page first."""
+def doubts(run):
+    """Why the class of friction of a run does not hold for it, "" where nothing is known against it."""
+    card = run.scene.get("terrain", {}).get("friction", {})
+    card = card.get("card") if isinstance(card, dict) else None
+    numbers = run.hazard.get("numbers", {})
+    volume = numbers.get("release_volume")
+    if card not in friction_cards() or volume is None:
+        return ""
+    found = friction_card(law_for_volume(friction_card(card), volume).card)  # of a card with classes: by the volume
+    return "; ".join(found.doubts(volume, numbers.get("runout_z")))
+
+
+
+def write_event_page(name, campaign, found, observation, command):
+    """Write the page of an event: what was observed, what is assumed, scores, a map; -> paths, the page first.
+    command: that makes it again."""
     event, nearest = store.event(name), sorted(found, key=lambda one: one.numbers["misfit"])[:DRAWN]
-    default = next((one for one in found if one.way == AS_IT_IS), None)
+    default = next((one for one in found if one.default), None)
     shown = [*nearest, *([default] if default and default not in nearest else [])]
     picture = render_outlines([(one.way, one.run) for one in shown], campaign.folder / FILES[2],
                               f"{name.replace('_', ' ')}", observed=observation.rings, places=observation.places)
     seen = f"; observed in black, {event.credit}" if observation.rings else ""
     blocks = [Picture(picture, f"Affected areas of the nearest ways and of the default{seen}"),
               Listing("\n".join(lines(found, event))), Paragraph(said(found))]
-    moving = [one.way for one in found if not status_of(one.run).final]
-    if moving:
-        blocks.append(Note(f"not final: {', '.join(moving)}"))
+    blocks += [Note(f"{one.way}: {status_of(one.run).text}") for one in found if not status_of(one.run).final]
+    blocks += [Note(f"{one.way}: {why}") for one in found if (why := doubts(one.run))]
     definitions = {one.label: one.definition for one in (*SCORES, VALUE) if one is VALUE or one.name in names(found)}
     page = write_page(campaign.folder / FILES[1], page_of(Document(event.title, f"{len(found)} ways to compute it", [
         Section("Scores", blocks), Section("What is known of it", [Table(facts(event))]),
         Section("What is assumed", [Paragraph(text) for text in event.assumed]),
         Section("What the numbers mean", [Table(definitions)]),
-        Section("How to make it again", [Listing(f"snowmpm events score {name}")])])))
+        Section("How to make it again", [Listing(command)])])))
     return [page, picture]
 
 
 def said(found):
     """What the scores say of the default, in a sentence or two."""
-    default, leader = next((one for one in found if one.way == AS_IT_IS), None), best(found)
+    default, leader = next((one for one in found if one.default), None), best(found)
+    agree = [one.way for one in found if one.numbers["misfit"] <= 1.0]
+    agreed = (f" As near as the observation is known (misfit up to 1): {', '.join(agree)}." if agree else
+              " None is as near as the observation is known (misfit up to 1).")
     if default is None or default is leader:
-        return "The default is the nearest of these ways." if default else ""
+        return f"The default is the nearest of these ways.{agreed}" if default else agreed.strip()
     ahead = sum(one.numbers["misfit"] < default.numbers["misfit"] for one in found)
     text = (f"The default has a misfit of {MISFIT.text(default.numbers['misfit'])}; {ahead} of {len(found)} ways are"
             f" nearer, the nearest {leader.way} with {MISFIT.text(leader.numbers['misfit'])}.")
     error = default.numbers.get("runout_error")
     if error is not None and np.isfinite(error):
-        text += f" It stops {abs(error):.0f} m {'short of' if error < 0 else 'beyond'} the observed place."
-    return text
+        text += f" Its flow gets {abs(error):.0f} m {'less far than' if error < 0 else 'further than'} was observed."
+    return text + agreed

@@ -31,6 +31,10 @@ class Observation:
 
             scene_file(self._wanted.event)  # its files are fetched now, not by the first run
             self._event = Event.of(self._wanted.event)
+            for k, one in enumerate(self._event.event.observed.values):
+                if one.map not in MAPPED:
+                    raise InputError.at(f"event:{self._wanted.event}: observed.values.{k}.map", one.map,
+                                        f"campaigns keep {', '.join(MAPPED)}")
         if self._wanted.outline:
             self._outline = _polygon(Path(file.base_dir, self._wanted.outline.file), file.source)
 

@@ -22,12 +22,13 @@ def has(file):
     return any(isinstance(one, Scenarios) for one in file.parameters.values())
 
 
-def done(campaign):
-    """[(name, `Run`)] of the runs of a campaign with scenarios that are done and were kept; [] without scenarios."""
+def done(campaign, most=MOST):
+    """[(name, `Run`)] of the runs of a campaign with scenarios that are done and were kept, at most so many; [] without
+    scenarios."""
     if not has(campaign.file):
         return []
     members = [one for one in campaign.members if campaign.records.get(one.hash, {}).get("status") == "done"]
-    return [(_name(campaign, one), campaign.run(one.run)) for one in members[:MOST]
+    return [(_name(campaign, one), campaign.run(one.run)) for one in members[:most]
             if campaign.plan.run(one).is_dir()]
 
 

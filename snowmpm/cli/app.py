@@ -23,6 +23,7 @@ from snowmpm.cli import (
     render,
     report,
     run,
+    runout,
     strength,
     study,
 )
@@ -66,6 +67,7 @@ for command in (
     Command("run", run.run),
     Command("new", new.new),
     Command("check", check.check, writes=False),
+    Command("runout", runout.runout),
     Command("list", listing.list_library, writes=False),
     Command("render", render.render, computes=False),
     Command("report", report.report, computes=False),

@@ -1,5 +1,7 @@
 """`snowmpm events`: observed avalanches, and how near runs come to them."""
 
+import itertools
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +10,7 @@ import typer
 
 from snowmpm.cli.options import Json, Quiet, Settings, setting_values
 from snowmpm.cli.table import print_facts, print_json
+from snowmpm.errors import InputError
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Name of an event; `snowmpm events` has them.")]
 Accept = Annotated[bool, typer.Option("--accept-licence", help="Accept the licence of the data.")]
@@ -29,7 +32,12 @@ def events(context: typer.Context, as_json: Json = False):
         return
     from snowmpm.events import store
 
-    found = {name: store.event(name) for name in store.events()}
+    found, wrong = {}, []
+    for name in store.events():
+        try:
+            found[name] = store.event(name)
+        except InputError as error:  # the others can be listed
+            wrong.append(str(error))
     rows = {name: {"title": one.title, "observed": _observed(one), "licence": one.licence,
                    "here": store.is_here(name), "bring": [file.name for file in one.brought]}
             for name, one in found.items()}
@@ -40,6 +48,8 @@ def events(context: typer.Context, as_json: Json = False):
         here = "files are here" if row["here"] else f"you bring {', '.join(row['bring'])}" if row["bring"] else (
             "files are fetched when used")
         print(f"{name}\n    {row['title']}\n    observed: {row['observed']}; licence {row['licence']}; {here}")
+    for message in wrong:
+        print(f"warning: {message}")
     print("\nsnowmpm run event:NAME computes one, snowmpm events show NAME tells of it, snowmpm events score NAME"
           " compares ways to compute it")
 
@@ -60,10 +70,12 @@ def show(name: Name, as_json: Json = False):
 
 
 def get(name: Name, accept_licence: Accept = False, quiet: Quiet = False):
-    """Fetch the files of an event, and print the folder that keeps them: a scene with its terrain and its release."""
+    """Fetch the files of an event, and print its scene, which lies in the folder that keeps them all."""
     from snowmpm.events import store
+    from snowmpm.events.scoring import Observation
 
-    path = store.scene_file(name, accept_licence)
+    path = store.scene_file(name, accept_licence, quiet)
+    Observation.of(name)  # what was observed can be read
     if not quiet:
         one = store.event(name)
         print(f"{path}\ndata by {one.credit}, {one.licence}: {one.uses}")
@@ -84,6 +96,8 @@ def score(name: Name, output: Output = None, only: Only = None, settings: Settin
     file = event_scores.event_file(name, tuple(only or ()), setting_values(settings))
     folder = output or Path("campaigns") / file.name
     overwriting.guard_in(folder, event_scores.FILES)
+    asked = [*(("--only", word) for word in only or ()), *(("--set", text) for text in settings or ())]
+    command = shlex.join(["snowmpm", "events", "score", name, *itertools.chain.from_iterable(asked)])
 
     def say(text):
         if not quiet:
@@ -96,7 +110,7 @@ def score(name: Name, output: Output = None, only: Only = None, settings: Settin
     raise_if_all_failed(campaign)
     found, observation = event_scores.score_event(name, campaign)
     written = [event_scores.write_scores(found, folder / event_scores.FILES[0]),
-               *event_scores.write_event_page(name, campaign, found, observation)]
+               *event_scores.write_event_page(name, campaign, found, observation, command)]
     if as_json:
         print_json({one.way: one.numbers for one in found})
     elif not quiet:
@@ -111,6 +125,7 @@ def score(name: Name, output: Output = None, only: Only = None, settings: Settin
 
 def _observed(one):
     seen = one.observed
+    number = len(seen.values)
     words = {"outline": seen.outline, "deposit": seen.deposit, "where it stopped": seen.stopped,
-             "deposit volume": seen.deposit_volume, f"{len(seen.values)} values": seen.values}
+             "deposit volume": seen.deposit_volume, "a value" if number == 1 else f"{number} values": seen.values}
     return ", ".join(word for word, value in words.items() if value)

@@ -6,6 +6,7 @@ import textwrap
 
 from snowmpm.cli.options import Json
 from snowmpm.cli.table import LONGEST, print_json
+from snowmpm.errors import InputError
 
 
 def list_library(as_json: Json = False):
@@ -20,7 +21,7 @@ def list_library(as_json: Json = False):
     tables = {
         "scenes": library(),
         "campaigns": campaigns(),
-        "events": {name: store.event(name).title for name in store.events()},
+        "events": {name: _title(name) for name in store.events()},
         "cards": {name: card.description for name, card in material_cards().items()},
         "kinds": {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())},
         "friction_cards": {name: card.description for name, card in friction_cards().items()},
@@ -45,6 +46,16 @@ def list_library(as_json: Json = False):
     _print_table("Laws of ground friction (law = NAME in [terrain.friction])", tables["friction_laws"])
     print()
     _print_table("Tests of a material at one point (snowmpm element NAME)", tables["tests"])
+
+
+def _title(name):
+    """Of an observed avalanche, or why it cannot be read."""
+    from snowmpm.events import store
+
+    try:
+        return store.event(name).title
+    except InputError as error:
+        return f"cannot be read: {error}"
 
 
 def _first_sentence(law):

@@ -33,8 +33,9 @@ Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", he
 Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
 ObservedFile = Annotated[
     Path | None,
-    typer.Option("--observed", metavar="FILE", help="Outline of an observed avalanche (.shp, .geojson or .gpkg):"
-                                                    " drawn beside the computed one, with scores."),
+    typer.Option("--observed", metavar="FILE", help="Outline of an observed avalanche (.shp, .geojson, .gpkg, a raster"
+                                                    " above 0, or event:NAME): drawn beside the computed one, with"
+                                                    " scores."),
 ]
 OverTime = Annotated[
     str | None,
@@ -79,6 +80,10 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
         raise InputError.not_in("--over-time", over_time, KINDS)
     folder = output or opened.path.with_name("maps")
     overwriting.guard_in(folder, _names(opened, over_time))
+    if observed is not None and str(observed).startswith("event:"):
+        from snowmpm.events.store import outline_file
+
+        observed = outline_file(str(observed).removeprefix("event:"))
     asked = _asked(opened, {"observed": observed, "gauges": gauges, "path": path}, pictures)
     moments = list(_moments(opened, folder)) if over_time and not pictures else []
     written = list(_files(opened, folder, asked, moments)) if asked else []

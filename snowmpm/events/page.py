@@ -21,9 +21,9 @@ def facts(event):
         found["stopped at"] = f"{seen.stopped.x:.0f}, {seen.stopped.y:.0f}, to {seen.stopped.uncertainty:g} m"
     if seen.deposit_volume:
         found["deposit volume"] = f"{seen.deposit_volume.value:g} ± {seen.deposit_volume.deviation:g} m³"
-    for one in seen.values:
+    for k, one in enumerate(seen.values):
         unit = quantity(one.map).unit
-        found[f"{quantity(one.map).label}, {place_of(one)}"] = (
+        found[f"value {k + 1}: {quantity(one.map).label}, {place_of(one)}"] = (
             f"{'at least ' if one.at_least else ''}{one.value:g} ± {one.deviation:g} {unit}, {one.by}")
     found |= {"data by": event.credit, "licence": f"{event.licence}: {event.uses}", "its text": event.terms}
     for k, text in enumerate(event.sources):

@@ -4,19 +4,18 @@ Areas are compared as AIMEC does (true and false positives, false negatives), bu
 cross-sections of a path, which overlap in bends.
 """
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapely
 
 from snowmpm.errors import InputError
+from snowmpm.events.checks import checked_areas
 from snowmpm.events.spec import Event
-from snowmpm.events.store import PREFIX, event, kept
-from snowmpm.gis.observed import area_of, compare, reach_along, system_of
+from snowmpm.events.store import event
+from snowmpm.gis.observed import compare, reach_along, system_of
 from snowmpm.gis.outlines import outline
 
 BEYOND = 1.0
@@ -33,11 +32,12 @@ class Observation:
 
     @classmethod
     def of(cls, name, system=None):
-        """Of an event whose files are kept, in a `ReferenceSystem`; None: in that of the files. InputError."""
-        found = event(name)
-        areas = [area_of(Path(kept(name), area.file), system, f"{PREFIX}{name}: observed.{key}.file") if area else None
-                 for key, area in (("outline", found.observed.outline), ("deposit", found.observed.deposit))]
-        return cls(found, *areas)
+        """Of an event, in the system of its terrain, or in another `ReferenceSystem`. InputError."""
+        own, *areas = checked_areas(name)
+        if system is not None and own is not None:
+            areas = [area if area is None else shapely.transform(area, lambda corners: own.carried(corners, system))
+                     for area in areas]
+        return cls(event(name), *areas)
 
     @property
     def rings(self):
@@ -94,7 +94,8 @@ def score_run(run, name):
 
 def scores(run, observation):
     """{name: number} of what was `Computed`, by the names of `snowmpm.quantities.scores`; what was not observed is
-    missing, and what the run does not have is None. value_error_0, ...: of each measured value."""
+    missing, and what the run does not have is None. value_error_0, ...: of each measured value; runout_beyond: whether
+    the flow reaches the end of the path, so that its run-out is at least that."""
     seen, computed = observation.event.observed, run.area("peak_depth")
     found, misfits = {}, []
     if seen.outline:
@@ -114,11 +115,10 @@ def scores(run, observation):
         misfits.append((volume - seen.deposit_volume.value) / seen.deposit_volume.deviation)
     for k, one in enumerate(seen.values):
         error = _value(run, one)
-        if one.at_least and error is not None:
-            error = min(error, 0.0)
-        found[f"value_error_{k}"] = error
-        misfits.append(np.inf if error is None else error)
-    return {"misfit": float(np.sqrt(np.mean(np.square(misfits)))), **found}
+        found[f"value_error_{k}"] = error if error is None or not one.at_least else min(error, 0.0)
+        if not one.at_least or error is None or error < 0.0:  # what is more than a least value says nothing
+            misfits.append(np.inf if error is None else error)
+    return {"misfit": float(np.sqrt(np.mean(np.square(misfits)))) if misfits else 0.0, **found}
 
 
 def _of_area(computed, observed):
@@ -145,11 +145,9 @@ def _of_runout(run, computed, observation):
     else:
         far = reach_along(line, observation.outline)
     if computed is None:
-        return {"runout_error": None, "angle_error": None}
+        return {"runout_error": None, "angle_error": None, "runout_beyond": False}
     own = reach_along(line, computed)
-    if own > line.length - BEYOND:
-        warnings.warn("the flow reaches the end of the event's path: its run-out is at least that", stacklevel=2)
-    found = {"runout_error": own - far, "angle_error": None}
+    found = {"runout_error": own - far, "angle_error": None, "runout_beyond": own > line.length - BEYOND}
     if run.height is not None and min(own, far) > 0.0:
         places = np.array([shapely.line_interpolate_point(line, s).coords[0] for s in (0.0, own, far)])
         top, here, there = (float(z) for z in run.height(places))

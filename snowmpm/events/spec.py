@@ -1,6 +1,7 @@
 """What is known of an observed avalanche: the file event.toml, beside the scene that computes it."""
 
 import datetime
+import itertools
 from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import urlsplit
@@ -22,9 +23,18 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 def is_web(url: str) -> bool:
     """Whether files may come from an address: encrypted, or of this machine."""
-    found = urlsplit(url)
-    return bool(found.hostname) and (found.scheme == "https"
-                                     or (found.scheme == "http" and found.hostname in LOOPBACK))
+    try:
+        found = urlsplit(url)
+        host = found.hostname or ""
+    except ValueError:
+        return False
+    known = all(0 < len(part) < 64 for part in host.split("."))
+    return known and (found.scheme == "https" or (found.scheme == "http" and host in LOOPBACK))
+
+
+def is_loopback(url: str) -> bool:
+    """Whether an address is of this machine."""
+    return urlsplit(url).hostname in LOOPBACK
 
 
 def _checked(url):
@@ -33,7 +43,7 @@ def _checked(url):
     return url
 
 
-Text = Annotated[str, Field(strict=True, min_length=1, max_length=2000)]
+Text = Annotated[str, Field(strict=True, min_length=1, max_length=2000, pattern=r"^[^\x00-\x1f\x7f\x85\u2028\u2029]+$")]
 Title = Annotated[str, Field(strict=True, min_length=1, max_length=60, pattern=r"^[^\x00-\x1f\x7f]+$")]
 FileName = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=100)]
 """Of a file in the folder of the event: no path."""
@@ -63,6 +73,8 @@ class Brought(Spec):
     """where it is had"""
     crs: Annotated[str, Field(strict=True, max_length=40)] | None = None
     """coordinate system of a raster that names none"""
+    sha256: Annotated[str, Field(strict=True, pattern="^[0-9a-f]{64}$")] | None = None
+    """checksum of its content, where it is known"""
 
 
 class ObservedArea(Spec):
@@ -141,6 +153,8 @@ class Observed(Spec):
             raise refuse("must hold at least one of outline, deposit, stopped, deposit_volume, values")
         if self.stopped and not self.path:
             raise refuse("needs path, along which it is compared", "stopped")
+        if self.path and any(a == b for a, b in itertools.pairwise(self.path)):
+            raise refuse("must have no corner twice in a row", "path")
         return self
 
 
@@ -159,7 +173,7 @@ class Event(Spec):
     """of the data"""
     terms: Web
     """text of the licence"""
-    accept: bool = False
+    accept: Annotated[bool, Field(strict=True)] = False
     """whether the licence must be accepted before files are fetched: any that does more than ask for credit"""
     uses: Text
     """what the licence allows"""
@@ -175,9 +189,11 @@ class Event(Spec):
 
     @model_validator(mode="after")
     def _names_differ(self):
-        names = [one.name for one in (*self.files, *self.brought)]
+        parts = (*self.files, *self.brought)
+        made = [Path(one.name).with_suffix(".prj").name for one in parts if one.crs]
+        names = [*(one.name for one in parts), *made]
         if len({name.lower() for name in (*names, FILE, SCENE)}) < len(names) + 2:
-            raise refuse("names a file twice", "files", names)
+            raise refuse("names a file twice, those that are made for crs included", "files", names)
         return self
 
 

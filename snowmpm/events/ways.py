@@ -5,7 +5,6 @@ from snowmpm.events import store
 from snowmpm.scenes import friction_cards, load_scene
 from snowmpm.scenes.terrain import Plane
 
-AS_IT_IS = "as the scene is"
 COULOMB_DEFAULT = Plane.model_fields["friction"].default
 COULOMB = f"Coulomb {COULOMB_DEFAULT:g}, of a scene that names none"
 MPM = {"solver.method": "mpm", "materials.snow": {"card": "li_cold_dense", "critical_slope": 0.8},
@@ -16,22 +15,31 @@ COARSEST = 2.0
 
 
 def ways(name):
-    """{way: changes of the scene} of an event: the scene as it is first. InputError for one that is not
-    depth-averaged."""
+    """{way: changes of the scene} of an event, the scene as it is first, under the name of its friction. InputError for
+    one that is not depth-averaged."""
     scene = load_scene(store.PREFIX + name)
     if scene.solver.method != "depth":
         raise InputError.at("solver.method", scene.solver.method, 'must be "depth" to be computed in every way',
                             scene.source)
     friction = scene.terrain.friction
-    own = None if isinstance(friction, float) else friction.get("card")
-    found = {AS_IT_IS: {"solver.depth.scheme": scene.solver.depth.scheme}}
+    law = "" if isinstance(friction, float) else friction.get("card") or f"{friction.law} of the scene"
+    own = law or f"Coulomb {friction:g}"
+    found = {own: {"solver.depth.scheme": scene.solver.depth.scheme}}
     found |= {card: {"terrain.friction": {"card": card}} for card in friction_cards() if card != own}
     if friction != COULOMB_DEFAULT:
         found[COULOMB] = {"terrain.friction": COULOMB_DEFAULT}
-    found |= store.event(name).ways
-    found |= {f"as the scene is, by {scheme}": {"solver.depth.scheme": scheme} for scheme in ("volumes", "columns")
+    found |= {f"{own}, by {scheme}": {"solver.depth.scheme": scheme} for scheme in ("volumes", "columns")
               if scheme != scene.solver.depth.scheme}
     tops = [top for body in scene.bodies if isinstance(top := body.shape.get("top"), float)]
     thinnest = min(tops, default=1.0)
-    found["as the scene is, by mpm"] = {**MPM, "solver.dx": COARSEST * thinnest}
+    found[f"{own}, by mpm"] = {**MPM, "solver.dx": COARSEST * thinnest}
+    for way, changes in store.event(name).ways.items():
+        where = f"{store.PREFIX}{name}: ways.{way!r}"
+        if way in found:
+            raise InputError(f"{where}: is the name of a way of the program: take another")
+        try:
+            load_scene(store.PREFIX + name, changes)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+        found[way] = changes
     return found

@@ -33,16 +33,17 @@ class Asked:
 def asked_of(run, observed=None, gauges=None, path=None):
     """`Asked` of a `Run`, by vector files (paths or None). InputError for what they must not be; warnings for what is
     left out of them, and for gauges whose discharge the frames do not resolve."""
-    outline, scores = _observed(run, observed) if observed else (None, None)
-    return Asked(outline, scores, _gauges(run, gauges) if gauges else [], *_along(run, path))
+    along, given = _along(run, path)
+    outline, scores = _observed(run, observed, given and given[1]) if observed else (None, None)
+    return Asked(outline, scores, _gauges(run, gauges) if gauges else [], along, given)
 
 
-def _observed(run, path):
+def _observed(run, path, line):
     from snowmpm.gis.observed import read_observed, score
 
     overwriting.reads(path)
     outline = read_observed(path, run)
-    return outline, score(run, outline)
+    return outline, score(run, outline, line)
 
 
 def _gauges(run, path):

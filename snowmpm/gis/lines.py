@@ -40,7 +40,12 @@ def read_places(path, run):
 def read_path(path, run):
     """The one line (n, 2) in a vector file, in the map coordinates of a `Run`. InputError as of `read_features`, and
     for several, or one without length."""
-    lines = [part for feature in read_features(path, "--path", system_of(run), kind=LINE) for part in feature.parts]
+    return the_line(path, system_of(run))
+
+
+def the_line(path, system):
+    """The one line (n, 2) in a vector file, in a `ReferenceSystem`, None where it is not known; as `read_path`."""
+    lines = [part for feature in read_features(path, "--path", system, kind=LINE) for part in feature.parts]
     if len(lines) != 1:
         raise InputError.at("--path", str(path), f"holds {len(lines)} lines: must be one")
     if not np.isfinite(lines[0]).all() or np.ptp(lines[0], axis=0).max() == 0.0:

@@ -5,7 +5,7 @@
     hit rate                          A / (A + B)
     false-alarm ratio                 C / (A + C)
     area ratio (bias)                 (A + C) / (A + B)
-    run-out difference                reach along the computed thalweg, computed less observed
+    run-out difference                reach along the computed thalweg, or a line that is given, computed less observed
 
 as in the verification of forecasts (Wilks, Statistical Methods in the Atmospheric Sciences, chapter on 2 x 2 tables).
 Both reaches are those of outlines, to the furthest point of the polygon. They differ from the run-out, the point that
@@ -29,6 +29,10 @@ from snowmpm.seeding.regions import read_regions
 from snowmpm.terrain.raster import read_raster
 from snowmpm.terrain.reference_system import ReferenceSystem
 
+MOST_EDGES = 100_000
+"""Edges between marked and other cells of a raster."""
+MOST_POINTS = 100_000
+"""Points along an outline for its reach, about."""
 RASTERS = (".asc", ".tif", ".tiff")
 
 STEP = 5.0
@@ -78,6 +82,9 @@ def _of_raster(path, system, key):
         raise InputError.at(key, str(path), "no cell is above 0: nothing was observed")
     if lattice is None:
         raise InputError.at(key, str(path), "must have square cells")
+    edges = int((seen[1:] != seen[:-1]).sum() + (seen[:, 1:] != seen[:, :-1]).sum())
+    if edges > MOST_EDGES:
+        raise InputError.at(key, str(path), f"its marks are scattered: they have {edges} edges, at most {MOST_EDGES}")
     found = outline(seen, Map(raster.z, raster.x[0], raster.y[0], lattice[1], ""), (0.0, 0.0))
     if raster.system is None or system is None:
         return found
@@ -98,11 +105,12 @@ def _extent(run):
     return shapely.box(x, y, x + columns * raster.cell, y + rows * raster.cell)
 
 
-def score(run, observed):
+def score(run, observed, line=None):
     """[{quantity: value}] of the affected area of a `Run`, and of its part above each pressure, against `Observed`.
 
-    outline: words; hit_area, missed_area, false_area [m2]; critical_success_index, hit_rate, false_alarm_ratio,
-    area_ratio; observed_reach, runout_difference [m] where the run has a thalweg.
+    line (n, 2) [m]: along which reaches are measured; the thalweg of the run by default. outline: words; hit_area,
+    missed_area, false_area [m2]; critical_success_index, hit_rate, false_alarm_ratio, area_ratio; observed_reach,
+    runout_difference [m] where there is a line.
     """
     raster = run.maps["peak_depth"]
     masks, numbers = {"affected area": affected(run)}, run.hazard["numbers"]
@@ -113,6 +121,8 @@ def score(run, observed):
         masks |= {f"above {limit / 1e3:g} kPa": affected(run) & (np.nan_to_num(pressure.values) >= limit)
                   for limit in PRESSURES}
     profile = run.hazard.get("profile")
+    if line is not None:
+        profile, reaches = dict(zip("xy", np.asarray(line).T, strict=True)), dict.fromkeys(reaches)
     return [{"outline": name, **compare(outline(mask, raster, run.origin), observed.geometry, profile, reaches[name])}
             for name, mask in masks.items() if mask.any()]
 
@@ -146,4 +156,4 @@ def reach_along(way, area):
 
 def _points(area):
     """Points (n, 2) along the outline of an area."""
-    return shapely.get_coordinates(shapely.segmentize(area, STEP))
+    return shapely.get_coordinates(shapely.segmentize(area, max(STEP, shapely.length(area) / MOST_POINTS)))

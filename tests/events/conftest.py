@@ -30,12 +30,12 @@ def server(tmp_path):
         def do_GET(self):
             status, body, length = found.answer(self.path.strip("/"))
             self.send_response(status)
-            if status == 302:
-                self.send_header("Location", body.decode())
+            for header in found.headers.get(self.path.strip("/"), {}).items():
+                self.send_header(*header)
             self.send_header("Content-Length", str(len(body) if length is None else length))
             self.end_headers()
             with contextlib.suppress(ConnectionError):  # a client that has seen enough
-                self.wfile.write(b"" if status == 302 else body)
+                self.wfile.write(body)
 
         def log_message(self, *_):
             pass

@@ -1,6 +1,9 @@
 """Files of events: fetched once, checked, taken from a folder of the user; and all that may be wrong with them."""
 
+import gzip
+import os
 import re
+import shutil
 
 import pytest
 
@@ -58,8 +61,7 @@ def refused(call, *words):
     ((404, b"", None), "answers 404"),
     ((200, b"ncols 96\nnrows 52\n", None), "it is not whole"),
     ((200, b"ncols 96\nnrows 52\n", 100_000), "valley.asc.*(not whole|broke off|no connection)"),
-    ((302, b"http://example.org/valley.asc", None), "valley.asc"),
-], ids=["not there", "a partial file", "a connection that breaks off", "sent elsewhere, without encryption"])
+], ids=["not there", "a partial file", "a connection that breaks off"])
 def test_what_a_server_may_do(made_up, server, call, answer, words):
     made_up()
     server.answers[RASTER] = answer
@@ -167,3 +169,100 @@ def test_the_list_of_events(made_up, call):
     assert code == 0 and "ryggfonn_2021" in out and "A made-up avalanche" in out and "fetched when used" in out
     store.scene_file(NAME)
     assert "licence CC0; files are here" in call("events")[1]
+
+
+def test_a_redirect_is_not_read(made_up, server, call):
+    """Its body may be anything, and `requests` would unpack it."""
+    made_up()
+    bomb = gzip.compress(bytes(64 << 20))
+    server.headers["moved.asc"] = {"Location": f"{server.address}/valley.asc", "Content-Encoding": "gzip"}
+    server.answers["moved.asc"] = (302, bomb, None)
+    server.headers[RASTER] = {"Location": f"{server.address}/moved.asc"}
+    server.answers[RASTER] = (302, b"", None)
+    assert "leads on more than 5 times" in refused(call)
+    server.answers["moved.asc"] = (200, (server.folder / RASTER).read_bytes(), None)
+    assert call("events", "get", NAME)[0] == 0
+
+
+def test_what_is_packed_is_not_unpacked(made_up, server, call):
+    made_up()
+    server.headers[RASTER] = {"Content-Encoding": "gzip"}
+    server.answers[RASTER] = (200, gzip.compress(bytes(64 << 20))[:30_000], None)
+    assert "not whole" in refused(call)
+
+
+@pytest.mark.parametrize("place", ["http://[bad", "file:///etc/passwd", "http://x..y/", "ftp://127.0.0.1/a"])
+def test_where_a_server_may_not_lead(made_up, server, call, place):
+    made_up()
+    server.headers[RASTER], server.answers[RASTER] = {"Location": place}, (302, b"", None)
+    assert re.search("may not come from|Invalid IPv6", refused(call))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+@pytest.mark.parametrize("file", ["event.toml", "scene.toml", "valley.asc"])
+@pytest.mark.parametrize("kind", ["link", "pipe", "large"])
+def test_only_plain_files_of_a_bounded_size_are_read(made_up, own, call, tmp_path, file, kind):
+    name = made_up()
+    path = own / name / file
+    path.unlink(missing_ok=True)
+    if kind == "link":
+        path.symlink_to(tmp_path / "served" / "valley.asc")
+    elif kind == "pipe":
+        os.mkfifo(path)
+    else:
+        with path.open("wb") as sparse:
+            sparse.truncate(2 << 30)
+    said = refused(call)
+    assert str(path) in said and ("must be a file, no link" in said or "at most" in said)
+
+
+def test_another_event_of_a_name_of_the_library(made_up, own, call):
+    shutil.copytree(own / made_up(), own / "ryggfonn_2021")
+    code, _, err = call("events", "show", "ryggfonn_2021")
+    assert code == 2 and "another event of this name comes with the program" in err
+
+
+def test_an_event_that_cannot_be_read_does_not_hide_the_others(made_up, own, call):
+    (own / made_up() / "event.toml").write_text("title = 5", encoding="utf-8")
+    code, out, _ = call("events")
+    assert code == 0 and "ryggfonn_2021" in out and "warning: " in out and "made_up" in out
+    assert "cannot be read" in call("list")[1]
+
+
+def test_an_event_without_files_to_fetch_is_used_where_it_is(made_up, server, own, call):
+    name = made_up(files="")
+    for path in server.folder.iterdir():
+        shutil.copy(path, own / name)
+    assert store.scene_file(name) == own / name / "scene.toml"
+    assert call("events", "get", name)[0] == 0 and "files are here" in call("events")[1]
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("path = [[600110.0", "path = [[100110.0", "observed.path"),
+    ("x = 600400.0", "x = 700400.0", "observed.values.0"),
+    ("uncertainty = 20.0", "uncertainty = 900.0", "is wider than the area itself"),
+    ("[600500.0, 200220.0], [600950.0, 200220.0]", "[600110.0, 200250.0]", "no corner twice"),
+])
+def test_observations_beside_the_terrain(made_up, own, call, old, new, words):
+    name = made_up()
+    path = own / name / "event.toml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    assert words in refused(call)
+
+
+def test_a_stop_far_from_the_path(made_up, call):
+    made_up(observed="stopped = { x = 600500.0, y = 201800.0, uncertainty = 10.0 }")
+    assert "beside the path: at most 500 m" in refused(call)
+
+
+@pytest.mark.parametrize(("way", "words"), [
+    ('"samos_at_small" = { "terrain.friction" = 0.9 }', "is the name of a way of the program"),
+    ('"mine" = { "terrain.frction" = 0.9 }', "ways.'mine'"),
+])
+def test_ways_that_an_event_may_not_have(made_up, call, way, words):
+    doubled = way.replace("{", "{{").replace("}", "}}")
+    name = made_up(event=EVENT.replace("[observed]\n", f"[ways]\n{doubled}\n[observed]\n"))
+    code, _, err = call("events", "score", name)
+    assert code == 2 and words in err

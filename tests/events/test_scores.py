@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import shapely
 
-from snowmpm.events import store
 from snowmpm.events.scoring import Computed, Observation, score_run, scores
 from snowmpm.events.spec import Event
 from snowmpm.gis.observed import area_of
@@ -135,14 +134,18 @@ def test_every_way_to_compute_an_event_in_one_table(made_up, call, tmp_path):
     folder = tmp_path / "campaigns" / "event_made_up"
     with open(folder / "scores.csv", encoding="utf-8") as stream:
         rows = {row["way"]: row for row in csv.DictReader(stream)}
-    assert set(rows) == {"as the scene is", "samos_at_small", "Coulomb 0.3, of a scene that names none"}
+    assert set(rows) == {"samos_at_auto", "samos_at_small", "Coulomb 0.3, of a scene that names none"}
     known = {one.name for one in SCORES} - {"deposit_success_index"}
-    assert known | {"value_error_0", "final", "statement", "way"} == set(rows["samos_at_small"])
+    more = {"value_error_0", "runout_beyond", "final", "statement", "class", "way"}
+    assert known | more == set(rows["samos_at_small"])
+    assert "the class is for a volume below" in rows["samos_at_small"]["class"]
+    assert rows["samos_at_small"]["runout_beyond"] == "no"
     least = min(rows, key=lambda way: float(rows[way]["misfit"]))
     assert f"{least} [" in out and "best" in out and "[default" in out.replace("[best, default", "[default")
     assert "peak flow speed" in " ".join(out.split()) and "The default" in out
     page = (folder / "event.html").read_text(encoding="utf-8")
-    assert all(words in page for words in ("A made-up avalanche", "everything", "CC0", "critical success index"))
+    again = "snowmpm events score made_up --only samos_at_small --only Coulomb"
+    assert all(words in page for words in ("A made-up avalanche", "everything", "CC0", "critical success index", again))
     assert (folder / "pictures" / "event.png").stat().st_size > 10_000
     again = call("events", "score", name, "--only", "samos_at_small", "--only", "Coulomb", "--resume", "--json")
     assert again[0] == 0 and json.loads(again[1])["samos_at_small"]["misfit"] == pytest.approx(
@@ -160,7 +163,7 @@ def test_an_event_is_run_by_its_name_and_drawn_with_its_outline(made_up, call, t
     assert 0.2 < numbers["success_index"] < 1.0 and len(seen.rings) == 1
     assert _distance_of_a_calibration(Run(tmp_path / "out"), name, tmp_path) == pytest.approx(
         numbers["misfit"], rel=1e-6)
-    code, out, err = call("maps", "out", "--observed", store.kept(name) / "seen.geojson")
+    code, out, err = call("maps", "out", "--observed", f"event:{name}")
     assert code == 0 and f"critical success index  {100 * numbers['success_index']:.1f} %" in out
 
 

@@ -57,11 +57,13 @@ SEEN = {"type": "Polygon", "coordinates": [[[600110, 200170], [600300, 200170], 
 
 @dataclass
 class Server:
-    """folder: of the files; answers: (status, body, length that is announced) of a file instead of it."""
+    """folder: of the files; answers: (status, body, length that is announced) of a file instead of it; headers: more of
+    an answer."""
 
     folder: Path
     address: str = ""
     answers: dict = field(default_factory=dict)
+    headers: dict = field(default_factory=dict)
     asked: list = field(default_factory=list)
 
     def answer(self, name):

@@ -1,0 +1,121 @@
+"""All models of run-out on one path, and over one raster."""
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.ground import Coulomb, Voellmy
+from snowmpm.runout.alpha_beta import AlphaBeta, alpha_beta
+from snowmpm.runout.block import GRAVITY, block, energy_line
+from snowmpm.runout.profile import Profile, profile_of
+from snowmpm.runout.routing import USUAL, Routed, Routing, main_way, route
+
+FAR = Routing(angle=12.0, exponent=75.0)
+"""With which the path is found, when none is given: further than nearly all avalanches go, and where most snow goes."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """model: its name; s [m]: length along the path to where it stops, None where the path ends before; place (2,),
+    height [m]; angle [degrees]: from the upper end; speed [m/s]: largest, None of statistics; note: in words."""
+
+    model: str
+    s: float | None
+    place: Any
+    height: float | None
+    angle: float | None
+    speed: float | None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Runout:
+    """profile; given: whether its path was given; statistics: `AlphaBeta`, or None, with the reason; reaches: of all
+    models; speeds: (n,) [m/s] along the profile by model; routed: rasters; routing: its numbers."""
+
+    profile: Profile
+    given: bool
+    statistics: AlphaBeta | None
+    reason: str
+    reaches: list[Reach]
+    speeds: dict[str, np.ndarray]
+    routed: Routed
+    routing: Routing
+
+    @property
+    def doubts(self):
+        """Why numbers may not hold, in words."""
+        return [*(self.statistics.doubts if self.statistics else ()), *([self.reason] if self.reason else [])]
+
+
+def runout(ground, line=None, where="--path", calibration="austria", split=None, routing=USUAL, lists=1):
+    """`Runout` on a `ground.Ground`. line (k, 2) [m]: path, from a file named `where`; the way of most snow from the
+    top of the release by default; split [m]: see `alpha_beta`. Raises InputError."""
+    given = line is not None
+    if not given:
+        where, way = "the way of most snow", main_way(ground.z, ground.cell, ground.release[0], FAR)
+        line = _on_ground(ground, way)
+    profile = profile_of(line, ground.height, where)
+    routed = route(ground.z, ground.cell, ground.release, routing, lists)
+    statistics, reason = None, ""
+    try:
+        statistics = alpha_beta(profile, calibration, split)
+    except InputError as error:
+        if calibration_is_wrong(error):
+            raise
+        reason = f"alpha-beta: {error}"
+    reaches, speeds = [], {}
+    if statistics:
+        for n, s in statistics.runouts.items():
+            sd = "" if n == 0 else f" {'+' if n > 0 else '-'} {abs(n)} SD".replace("1 SD", "SD")
+            reaches.append(_reach(profile, f"alpha{sd}", s, angle=statistics.alpha + n * statistics.deviation))
+    slides = {f"energy line of {routing.angle:g} degrees": energy_line(profile, routing.angle),
+              **_blocks(profile, ground)}
+    for name, slide in slides.items():
+        reaches.append(_reach(profile, name, slide.runout, speed=slide.fastest))
+        speeds[name] = slide.speed
+    reaches.append(_of_routing(ground, routed))
+    return Runout(profile, given, statistics, reason, reaches, speeds, routed, routing)
+
+
+def _on_ground(ground, cells):
+    """Places of a way, as far as the ground between them is known."""
+    line = ground.places(cells)
+    between = [np.linspace(a, b, 8) for a, b in itertools.pairwise(line)]
+    known = [bool(np.isfinite(ground.height(places)).all()) for places in between]
+    return line[: 1 + (known.index(False) if False in known else len(known))]
+
+
+def calibration_is_wrong(error):
+    """Whether a message is of an unknown calibration."""
+    return str(error).startswith("--calibration")
+
+
+def _blocks(profile, ground):
+    """Slides of a block with the friction of the scene, where it has Coulomb's or Voellmy's."""
+    law = ground.friction
+    if isinstance(law, Coulomb) and not law.rasters:
+        return {f"block, Coulomb {law.mu:g}": block(profile, law.mu)}
+    if isinstance(law, Voellmy) and not law.rasters and not law.tau0 and not law.cohesion:
+        xi = law.xi if law.xi is not None else GRAVITY / law.k
+        return {f"block, Voellmy {law.mu:g}, {xi:g}": block(profile, law.mu, xi, ground.thickness)}
+    return {}
+
+
+def _reach(profile, model, s, angle=None, speed=None):
+    if s is None:
+        return Reach(model, None, None, None, angle, speed, "beyond the end of the path")
+    place, height = profile.at(s)
+    found = float(np.degrees(np.arctan2(profile.z[0] - height, s))) if s > 0.0 else None
+    return Reach(model, s, place, height, found if angle is None else angle, speed)
+
+
+def _of_routing(ground, routed):
+    """The longest way of routing, and the place that it leads to."""
+    cell = np.unravel_index(int(np.nanargmax(routed.length)), routed.length.shape)
+    s, height = float(routed.length[cell]), float(ground.z[cell])
+    return Reach("routing, longest way", s, ground.places([cell])[0], height, float(routed.angle[cell]),
+                 float(np.sqrt(2.0 * GRAVITY * np.nanmax(routed.energy))))
