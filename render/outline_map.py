@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -19,7 +20,7 @@ from snowmpm.render.peak_map import RELEASE, draw_built, map_box
 
 RAMP = colormaps["plasma"]
 """Of scenarios, which have an order."""
-APART = colormaps["tab10"].colors
+APART = [colormaps["tab10"](k) for k in range(10)]
 """Of ways to compute one avalanche."""
 
 
@@ -53,7 +54,8 @@ def render_outlines(runs: Sequence[tuple[str, Run]], output: PathLike, title: st
         lower = np.minimum(lower, ring.min(axis=0) - first.origin[:2])
         upper = np.maximum(upper, ring.max(axis=0) - first.origin[:2])
     for words, corners in places:
-        style = {"ls": ":", "lw": 1.2} if len(corners) > 1 else {"ls": "", "marker": "X", "ms": 8, "mec": "white"}
+        style: dict[str, Any] = {"ls": ":", "lw": 1.2} if len(corners) > 1 else {
+            "ls": "", "marker": "X", "ms": 8, "mec": "white"}
         line = axes.plot(*np.array(corners).T, color="black", zorder=6, label=words, **style)
         handles += line if words not in [one.get_label() for one in handles] else []
     draw_built(axes, first)

@@ -74,8 +74,9 @@ MAY_IMPORT = {
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render",
                   "events"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
+    "runout": {*GROUND, "compiler", "ground", "depth", "setup", "io", "gis"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
-            "campaigns", "micro", "strength", "events"},
+            "campaigns", "micro", "strength", "events", "runout"},
 }
 DOOR = "snowmpm.compiler.backend"
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}

@@ -101,7 +101,7 @@ def shell(line, folder):
 SHELL = [guide for guide in GUIDES if blocks(guide, "sh") and guide.name not in {*ELSEWHERE, "plugins.md"}]
 
 NOT_HERE = re.compile(r"/path/|HOST|seen\.shp|--install-completion|^pip |^dask |SNOWMPM_COMPILER"
-                      r"|event:|events score|calibrate fit\.toml")
+                      r"|event:|events score|calibrate fit\.toml|line\.shp")
 """Places for the reader's own, what changes the machine, a compiler that is an extra, and files from a network."""
 
 GIVEN = {

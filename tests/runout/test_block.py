@@ -74,7 +74,7 @@ def test_on_a_bend_without_its_weight_the_run_out_is_exact():
 
 
 @pytest.mark.parametrize(("mu", "xi", "centrifugal"), [(0.3, math.inf, True), (0.2, 1500.0, True)])
-def test_the_run_out_on_a_bend_is_of_second_order(mu, xi, centrifugal):
+def test_the_run_out_on_a_bend_converges(mu, xi, centrifugal):
     answer = exact(mu, xi, 1.5, centrifugal)
     errors = [abs(block(profile_of(2.0 * LINE, smooth, "here", spacing=dx), mu, xi, 1.5, centrifugal).runout - answer)
               for dx in (40.0, 20.0, 10.0)]

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 
 import numpy as np
 import pytest
@@ -55,6 +56,30 @@ def test_peers_way_is_short_where_the_raster_is_at_a_slant():
     z, start, along = plane(22.5)
     found = route(z, CELL, start, Routing(straight=False))
     assert along[np.isfinite(found.energy)].max() < 0.94 * (z[tuple(start[0])] - z.min()) / ALPHA
+
+
+@pytest.mark.parametrize("degrees", [0.0, 22.5, 45.0])
+def test_the_table_of_the_guide(degrees):
+    guide = (ROOT / "docs" / "runout.md").read_text(encoding="utf-8")
+    row = rf"^\| {degrees:g} degrees \| (\d+) \| (\S+) % \| (\S+) % \|$"
+    exact, here, steps = re.search(row, guide, re.MULTILINE).groups()
+    z, start, along = plane(degrees)
+    fall = (z[tuple(start[0])] - z.min()) / ALPHA
+    assert fall == pytest.approx(float(exact), abs=0.6)
+    for told, straight in ((here, True), (steps, False)):
+        reach = along[np.isfinite(route(z, CELL, start, Routing(straight=straight)).energy)].max()
+        assert 100.0 * (reach / fall - 1.0) == pytest.approx(float(told), abs=0.06)
+
+
+def test_words_of_the_guide_on_com4flowpy():
+    guide = (ROOT / "docs" / "runout.md").read_text(encoding="utf-8")
+    with (ROOT / "tests" / "benchmarks" / "figures" / "routing_peers.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    seconds = [float(row["seconds_flow_py"]) for row in rows]
+    common = [100.0 * float(row["common_area_straight"]) for row in rows]
+    assert f"it takes {min(seconds):.0f} to {max(seconds):.0f} s" in guide
+    assert f"pieces {min(common):.0f} to {max(common):.0f} % of the areas are common" in guide
+    assert min(float(row["common_area_steps"]) for row in rows) >= 0.998
 
 
 def bumpy():

@@ -1,0 +1,106 @@
+"""`snowmpm runout` on the library's valley, as a user calls it."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from snowmpm.cli.app import app
+from snowmpm.compiler import runtime
+from snowmpm.runout.ground import ground_of
+from snowmpm.runout.models import runout
+from snowmpm.scenes import load_scene
+
+VALLEY = "avalanche_depth_averaged"
+FRICTION = 'terrain.friction={law="voellmy",mu=0.2,xi=1500.0}'
+
+
+@pytest.fixture
+def call(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def invoke(*arguments):
+        capsys.readouterr()
+        try:
+            app([str(argument) for argument in arguments])
+            code = 0
+        except SystemExit as end:
+            code = end.code or 0
+        output = capsys.readouterr()
+        return code, output.out, output.err
+
+    return invoke
+
+
+@pytest.fixture(scope="module")
+def valley():
+    runtime.start("cpu")
+    changes = {"solver.dx": 10.0, "terrain.friction": {"law": "voellmy", "mu": 0.2, "xi": 1500.0}}
+    return ground_of(load_scene(VALLEY, changes))
+
+
+def test_the_ground_is_that_of_the_scene(valley):
+    assert valley.cell == 10.0 and valley.z.shape == (96, 52) and np.isnan(valley.z).any()
+    assert valley.thickness == pytest.approx(1.5, rel=0.05)
+    heights = valley.z[tuple(valley.release.T)]
+    assert (np.diff(heights) <= 0.0).all() and valley.height(valley.top[None])[0] == pytest.approx(heights[0])
+
+
+def test_a_table_a_picture_and_rasters(call, tmp_path):
+    code, out, err = call("runout", VALLEY, "--set", FRICTION, "--set", "solver.dx=10", "-o", "out")
+    assert code == 0, err
+    for words in ("alpha", "alpha - 2 SD", "energy line of 25 degrees", "block, Voellmy 0.2, 1500", "routing",
+                  "the way of most snow from the top of the release"):
+        assert words in out
+    with (tmp_path / "out" / "runout.csv").open(encoding="utf-8") as file:
+        rows = {row["model"]: row for row in csv.DictReader(file)}
+    lengths = [float(rows[name]["length_m"]) for name in ("alpha + SD", "alpha", "alpha - SD")]
+    assert lengths == sorted(lengths)
+    assert float(rows["energy line of 25 degrees"]["angle_deg"]) == pytest.approx(25.0, abs=0.01)
+    assert (tmp_path / "out" / "runout.png").stat().st_size > 20_000
+    rasterio = pytest.importorskip("rasterio")
+    with rasterio.open(tmp_path / "out" / "speed.tif") as file:
+        speed = file.read(1)
+        assert file.tags()["angle"] == "25.0" and np.nanmax(np.where(speed > 0.0, speed, np.nan)) > 20.0
+    pyogrio = pytest.importorskip("pyogrio")
+    assert {name for name, _ in pyogrio.list_layers(tmp_path / "out" / "runout.gpkg")} == {"path", "runout"}
+    assert call("runout", VALLEY, "--set", FRICTION, "--set", "solver.dx=10", "-o", "out", "--json")[0] == 0
+
+
+def test_json_and_a_path_of_the_user(call, tmp_path):
+    line = {"type": "LineString", "coordinates": [[600150, 200250], [600500, 200215], [600900, 200215]]}
+    (tmp_path / "line.geojson").write_text(json.dumps(line), encoding="utf-8")
+    code, out, err = call("runout", VALLEY, "--set", "solver.dx=10", "--path", "line.geojson", "--calibration",
+                          "norway", "--angle", "22", "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert found["path_length"] == pytest.approx(752.0, abs=1.0)
+    assert found["alpha"] == pytest.approx(0.96 * found["beta"] - 1.4) and found["deviation"] == 2.3
+    assert "energy line of 22 degrees" in found["models"] and not any("block" in name for name in found["models"])
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    (("--calibration", "austia"), "did you mean austria?"), (("--angle", "2"), "--angle = 2.0: must be from 5 to 60"),
+    (("--exponent", "0"), "--exponent"), (("--split", "-3"), "--split"), (("--path", "nowhere.shp"), "nowhere.shp"),
+    (("--set", "solver.method=mpm", "--set", "solver.dx=3"), 'must be "depth"'),
+])
+def test_bad_input_is_one_line_and_writes_nothing(call, tmp_path, options, words):
+    code, out, err = call("runout", VALLEY, *options)
+    assert code == 2 and out == "" and words in err and len(err.strip().splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_path_that_ends_on_the_slope_is_said(valley):
+    line = np.array([[600150.0, 200250.0], [600450.0, 200217.0]])
+    found = runout(valley, line)
+    assert found.statistics is None and "no beta point" in found.reason
+    ends = [one for one in found.reaches if one.note == "beyond the end of the path"]
+    assert any("block" in one.model for one in ends) and found.reaches[-1].model == "routing, longest way"
+
+
+def test_models_go_as_far_as_the_flow_within_the_scatter_of_friction(valley):
+    """The depth-averaged run goes 720 to 810 m with published classes (docs/engineers_day.md)."""
+    found = {one.model: one.s for one in runout(valley).reaches}
+    assert 500.0 < found["block, Voellmy 0.2, 1500"] < 810.0
+    assert 500.0 < found["alpha"] < 810.0 and 550.0 < found["routing, longest way"] < 810.0
