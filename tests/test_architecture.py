@@ -72,7 +72,7 @@ MAY_IMPORT = {
     "advice": {*GROUND, "components", "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running",
                "measured", "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render",
-                  "events"},
+                  "events", "runout"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "runout": {*GROUND, "compiler", "ground", "depth", "setup", "io", "gis"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",

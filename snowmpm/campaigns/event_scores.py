@@ -11,7 +11,7 @@ from snowmpm.draft import write_table
 from snowmpm.errors import InputError, shown_line
 from snowmpm.events import store
 from snowmpm.events.page import facts, place_of
-from snowmpm.events.scoring import Observation, score_run
+from snowmpm.events.scoring import Observation, observed_reach, score_run
 from snowmpm.events.ways import ways
 from snowmpm.io import Run
 from snowmpm.io.status import status_of
@@ -20,9 +20,12 @@ from snowmpm.quantities.table import quantity
 from snowmpm.render.document import Document, Listing, Note, Paragraph, Picture, Section, Table
 from snowmpm.render.outline_map import render_outlines
 from snowmpm.render.page import page_of, write_page
+from snowmpm.runout.ground import ground_of
+from snowmpm.runout.models import runout
+from snowmpm.scenes import load_scene
 from snowmpm.scenes.friction_cards import friction_card, friction_cards, law_for_volume
 
-FILES = ("scores.csv", "event.html", "pictures/event.png")
+FILES = ("scores.csv", "event.html", "pictures/event.png", "models.csv")
 LONGEST = 60
 """Characters of a way's name."""
 DRAWN = 6
@@ -124,6 +127,44 @@ def _two(text):
     return " ".join(words[:half]), " ".join(words[half:])
 
 
+@dataclass(frozen=True)
+class WithoutFlow:
+    """Run-out of the models without a flow (`snowmpm.runout`) along the path of an event, less the observed one.
+
+    errors: [m] by model, None beyond the end of the path; doubts: in words.
+    """
+
+    errors: dict[str, float | None]
+    doubts: list[str]
+
+    @property
+    def lines(self):
+        """As a table for reading."""
+        width = max(map(len, self.errors), default=0)
+        return ["models without a flow, run-out less observed",
+                *(f"{model:<{width}}  {'beyond the path' if error is None else f'{error:+.0f} m':>15}"
+                  for model, error in self.errors.items()),
+                *(f"warning: {doubt}" for doubt in self.doubts)]
+
+
+def without_flow(name, observation):
+    """`WithoutFlow` of an event; None where no run-out was observed. Taichi runs."""
+    far = observed_reach(observation)
+    if far is None:
+        return None
+    ground = ground_of(load_scene(store.PREFIX + name))
+    found = runout(ground, np.array(observation.event.observed.path), f"{store.PREFIX}{name}: observed.path")
+    # The longest way of routing is no length along the path
+    return WithoutFlow({one.model: None if one.s is None else one.s - far for one in found.reaches
+                        if "longest way" not in one.model}, found.doubts)
+
+
+def write_models(models, path):
+    """Write the run-outs of `WithoutFlow` as CSV; -> the path."""
+    return write_table(path, ["model", "runout_error"], [
+        [model, "" if error is None else f"{error:.1f}"] for model, error in models.errors.items()])
+
+
 def write_scores(found, path):
     """Write the scores as CSV, a row a way; -> the path."""
     columns = names(found)
@@ -146,9 +187,9 @@ def doubts(run):
 
 
 
-def write_event_page(name, campaign, found, observation, command):
+def write_event_page(name, campaign, found, observation, command, models=None):
     """Write the page of an event: what was observed, what is assumed, scores, a map; -> paths, the page first.
-    command: that makes it again."""
+    command: that makes it again; models: `WithoutFlow`, or None."""
     event, nearest = store.event(name), sorted(found, key=lambda one: one.numbers["misfit"])[:DRAWN]
     default = next((one for one in found if one.default), None)
     shown = [*nearest, *([default] if default and default not in nearest else [])]
@@ -157,6 +198,7 @@ def write_event_page(name, campaign, found, observation, command):
     seen = f"; observed in black, {event.credit}" if observation.rings else ""
     blocks = [Picture(picture, f"Affected areas of the nearest ways and of the default{seen}"),
               Listing("\n".join(lines(found, event))), Paragraph(said(found))]
+    blocks += [Listing("\n".join(models.lines))] if models else []
     blocks += [Note(f"{one.way}: {status_of(one.run).text}") for one in found if not status_of(one.run).final]
     blocks += [Note(f"{one.way}: {why}") for one in found if (why := doubts(one.run))]
     definitions = {one.label: one.definition for one in (*SCORES, VALUE) if one is VALUE or one.name in names(found)}

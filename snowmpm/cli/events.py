@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli.options import Json, Quiet, Settings, setting_values
+from snowmpm.cli.options import Backend, Json, Quiet, Settings, setting_values
 from snowmpm.cli.table import print_facts, print_json
 from snowmpm.errors import InputError
 
@@ -91,6 +91,7 @@ def score(name: Name, output: Output = None, only: Only = None, settings: Settin
     from snowmpm import overwriting
     from snowmpm.campaigns import event_scores
     from snowmpm.campaigns.launch import raise_if_all_failed, run_campaign
+    from snowmpm.cli.run import start_taichi
     from snowmpm.events import store
 
     file = event_scores.event_file(name, tuple(only or ()), setting_values(settings))
@@ -109,14 +110,20 @@ def score(name: Name, output: Output = None, only: Only = None, settings: Settin
         raise KeyboardInterrupt(f"interrupted; --resume does the runs that are missing in {folder}") from None
     raise_if_all_failed(campaign)
     found, observation = event_scores.score_event(name, campaign)
+    start_taichi(Backend.cpu, 1)
+    models = event_scores.without_flow(name, observation)
     written = [event_scores.write_scores(found, folder / event_scores.FILES[0]),
-               *event_scores.write_event_page(name, campaign, found, observation, command)]
+               *event_scores.write_event_page(name, campaign, found, observation, command, models)]
+    if models:
+        written.append(event_scores.write_models(models, folder / event_scores.FILES[3]))
     if as_json:
         print_json({one.way: one.numbers for one in found})
     elif not quiet:
         for line in event_scores.lines(found, store.event(name)):
             print(line)
         print(event_scores.said(found))
+        for line in ("", *models.lines) if models else ():
+            print(line)
         for failed, reason in campaign.failures.items():
             print(f"failed: {failed}: {reason}")
         for path in written:

@@ -136,14 +136,20 @@ def _unsure(area, distance):
     return float(0.5 * ((1.0 - whole / wider) + (1.0 - narrower / whole)))
 
 
-def _of_runout(run, computed, observation):
-    """Run-out along the path of the event, less that which was observed."""
+def observed_reach(observation):
+    """Length [m] along the path of the event to where the flow stopped; None where that was not observed."""
     seen = observation.event.observed
+    if not seen.path or not (seen.stopped or seen.outline):
+        return None
     line = shapely.LineString(seen.path)
     if seen.stopped:
-        far = float(shapely.line_locate_point(line, shapely.Point(seen.stopped.x, seen.stopped.y)))
-    else:
-        far = reach_along(line, observation.outline)
+        return float(shapely.line_locate_point(line, shapely.Point(seen.stopped.x, seen.stopped.y)))
+    return reach_along(line, observation.outline)
+
+
+def _of_runout(run, computed, observation):
+    """Run-out along the path of the event, less that which was observed."""
+    line, far = shapely.LineString(observation.event.observed.path), observed_reach(observation)
     if computed is None:
         return {"runout_error": None, "angle_error": None, "runout_beyond": False}
     own = reach_along(line, computed)

@@ -46,6 +46,16 @@ def test_figures_are_those_of_the_command(way, cells):
             assert cell.startswith("≥") == beyond
 
 
+def test_models_without_a_flow():
+    with (ROOT / "tests" / "benchmarks" / "figures" / "event_models.csv").open(encoding="utf-8") as file:
+        known = {(row["event"], row["model"]): row["runout_error"] for row in csv.DictReader(file)}
+    told = re.findall(r"^\| (alpha.*?|energy line.*?) \| (-?\d+) \| (-?\d+) \|$", GUIDE, re.MULTILINE)
+    assert [row[0] for row in told] == ["alpha + SD", "alpha", "alpha - SD", "energy line of 25 degrees"]
+    for model, *cells in told:
+        for name, cell in zip((RYGGFONN, ARZL), cells, strict=True):
+            assert float(cell) == pytest.approx(float(known[name, model]), abs=0.51)
+
+
 def test_the_best_of_each_event_is_marked():
     for name, at in ((RYGGFONN, 0), (ARZL, 3), (NORDKETTE, 5)):
         found = scores(name)

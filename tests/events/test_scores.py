@@ -142,6 +142,7 @@ def test_every_way_to_compute_an_event_in_one_table(made_up, call, tmp_path):
     assert rows["samos_at_small"]["runout_beyond"] == "no"
     least = min(rows, key=lambda way: float(rows[way]["misfit"]))
     assert f"{least} [" in out and "best" in out and "[default" in out.replace("[best, default", "[default")
+    assert "models without a flow, run-out less observed" in out and "energy line of 25 degrees" in out
     assert "peak flow speed" in " ".join(out.split()) and "The default" in out
     page = (folder / "event.html").read_text(encoding="utf-8")
     again = "snowmpm events score made_up --only samos_at_small --only Coulomb"
