@@ -21,7 +21,7 @@ from snowmpm.render.document import Document, Listing, Note, Paragraph, Picture,
 from snowmpm.render.outline_map import render_outlines
 from snowmpm.render.page import page_of, write_page
 from snowmpm.runout.ground import ground_of
-from snowmpm.runout.models import runout
+from snowmpm.runout.models import on_ground, runout
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.friction_cards import friction_card, friction_cards, law_for_volume
 
@@ -153,7 +153,10 @@ def without_flow(name, observation):
     if far is None:
         return None
     ground = ground_of(load_scene(store.PREFIX + name))
-    found = runout(ground, np.array(observation.event.observed.path), f"{store.PREFIX}{name}: observed.path")
+    line = on_ground(ground, np.array(observation.event.observed.path))
+    if len(line) < 2:
+        return None
+    found = runout(ground, line, f"{store.PREFIX}{name}: observed.path")
     # The longest way of routing is no length along the path
     return WithoutFlow({one.model: None if one.s is None else one.s - far for one in found.reaches
                         if "longest way" not in one.model}, found.doubts)

@@ -57,7 +57,7 @@ def runout(ground, line=None, where="--path", calibration="austria", split=None,
     given = line is not None
     if not given:
         where, way = "the way of most snow", main_way(ground.z, ground.cell, ground.release[0], FAR)
-        line = _on_ground(ground, way)
+        line = on_ground(ground, ground.places(way))
     profile = profile_of(line, ground.height, where)
     routed = route(ground.z, ground.cell, ground.release, routing, lists)
     statistics, reason = None, ""
@@ -81,9 +81,8 @@ def runout(ground, line=None, where="--path", calibration="austria", split=None,
     return Runout(profile, given, statistics, reason, reaches, speeds, routed, routing)
 
 
-def _on_ground(ground, cells):
-    """Places of a way, as far as the ground between them is known."""
-    line = ground.places(cells)
+def on_ground(ground, line):
+    """A line (k, 2), as far as the ground is known between its corners."""
     between = [np.linspace(a, b, 8) for a, b in itertools.pairwise(line)]
     known = [bool(np.isfinite(ground.height(places)).all()) for places in between]
     return line[: 1 + (known.index(False) if False in known else len(known))]
