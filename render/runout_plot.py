@@ -34,15 +34,15 @@ def _profile(axes, found, colours):
     axes.plot(profile.s, profile.z, color=GROUND, lw=1.8)
     axes.fill_between(profile.s, profile.z, profile.z.min() - 20.0, color=GROUND, alpha=0.12, lw=0)
     for one in found.reaches:
-        if one.s is None:
+        if one.s is None or "longest way" in one.model:  # no length along this path
             continue
         statistics = one.speed is None
-        axes.plot(one.s, one.height, marker="v" if statistics else "o", ms=8, color=colours[one.model], mec="white",
-                  zorder=5, label=f"{one.model}: {one.s:.0f} m")
+        axes.plot(one.s, one.height, ls="", marker="v" if statistics else "o", ms=8, color=colours[one.model],
+                  mec="white", zorder=5, label=f"{one.model}: {one.s:.0f} m")
         if statistics:
             axes.plot([0.0, one.s], [profile.z[0], one.height], color=colours[one.model], lw=0.8, ls=":")
     if found.statistics:
-        axes.plot(found.statistics.beta_s, profile.at(found.statistics.beta_s)[1], marker="s", ms=7, color=SNOW,
+        axes.plot(found.statistics.beta_s, profile.at(found.statistics.beta_s)[1], ls="", marker="s", ms=7, color=SNOW,
                   mec="white", label=f"beta point: {found.statistics.beta_s:.0f} m, {found.statistics.beta:.1f}°")
     axes.set_xlabel("length in plan  [m]")
     axes.set_ylabel("height  [m]")

@@ -74,7 +74,7 @@ MAY_IMPORT = {
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render",
                   "events", "runout"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
-    "runout": {*GROUND, "compiler", "ground", "depth", "setup", "io", "gis"},
+    "runout": {*GROUND, "components", "compiler", "ground", "depth", "setup", "io", "gis"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
             "campaigns", "micro", "strength", "events", "runout"},
 }

@@ -159,7 +159,7 @@ def without_flow(name, observation):
     found = runout(ground, line, f"{store.PREFIX}{name}: observed.path")
     # The longest way of routing is no length along the path
     return WithoutFlow({one.model: None if one.s is None else one.s - far for one in found.reaches
-                        if "longest way" not in one.model}, found.doubts)
+                        if "longest way" not in one.model and not one.note.startswith("needs")}, found.doubts)
 
 
 def write_models(models, path):

@@ -1,5 +1,6 @@
 """`snowmpm runout`: how far an avalanche goes by models that need no flow."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -66,17 +67,32 @@ def runout(
     overwriting.guard_in(folder, (*TABLES, *(f"{name}.tif" for name in RASTERS)))
     start_taichi(Backend.cpu, threads)
     ground = ground_of(loaded)
-    found = compute(ground, _line(path, ground), f"--path = {str(path)!r}", calibration, split,
-                    Routing(angle, exponent), threads or available_cores())
+    line, where = _line(path, ground), f"--path = {str(path)!r}"
+    if line is None and str(scene).startswith("event:"):
+        line, where = _path_of_event(str(scene), ground), f"{scene}: observed.path"
+    found = compute(ground, line, where, calibration, split, Routing(angle, exponent), threads or available_cores())
     written = list(_write(found, ground, folder, loaded.name))
     if as_json:
-        print_json(_record(found))
+        print_json({**_record(found), "path": where if found.given else None, "calibration": calibration,
+                    "split": split, "angle": angle, "exponent": exponent, "thickness": ground.thickness})
         return
     for one in () if quiet else written:
         print(one)
     if not quiet:
-        for line in _told(found):
-            print(line)
+        for text in _told(found, calibration, where):
+            print(text)
+
+
+def _path_of_event(scene, ground):
+    """The path of an observed avalanche, as far as the ground is known; None where it has none."""
+    import numpy as np
+
+    from snowmpm.events import store
+    from snowmpm.runout.models import on_ground
+
+    line = store.event(scene.removeprefix(store.PREFIX)).observed.path
+    line = on_ground(ground, np.array(line)) if line else ()
+    return line if len(line) > 1 else None
 
 
 def _line(path, ground):
@@ -100,7 +116,8 @@ def _write(found, ground, folder, name):
     yield render_runout(found, ground, folder / "runout.png", name.replace("_", " "))
     try:
         gis.require_pyogrio()
-    except InputError:  # the tables and the picture need no extra
+    except InputError as error:  # the tables and the picture need no extra
+        print(f"no runout.gpkg and no rasters: {error}", file=sys.stderr)
         return
     yield gis.write_geopackage(folder / "runout.gpkg", files.layers(found), ground.crs)
     for raster, values in files.rasters(found, ground).items():
@@ -109,21 +126,22 @@ def _write(found, ground, folder, name):
                             {"scene": name, "angle": found.routing.angle, "exponent": found.routing.exponent})
 
 
-def _told(found):
+def _told(found, calibration, where):
     """The run-outs as a table for reading."""
     rows = [("", "run-out", "angle", "largest speed")]
     for one in found.reaches:
-        rows.append((one.model, one.note if one.s is None else f"{one.s:.0f} m",
+        stop = one.note if one.s is None else f"{one.s:.0f} m" + (f" ({one.note})" if one.note else "")
+        rows.append((one.model, stop,
                      "-" if one.angle is None else f"{one.angle:.1f}°",
                      "-" if one.speed is None else f"{one.speed:.1f} m/s"))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         yield "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
-    path = "given" if found.given else "the way of most snow from the top of the release"
+    path = where if found.given else "the way of most snow from the top of the release"
     yield f"path: {path}, {found.profile.s[-1]:.0f} m in plan, {found.profile.drop[-1]:.0f} m down"
     if found.statistics:
         yield (f"beta {found.statistics.beta:.1f}° at {found.statistics.beta_s:.0f} m; one avalanche in 6 of the"
-               " statistics goes beyond alpha - SD, one in 44 beyond alpha - 2 SD")
+               f" statistics ({calibration}) goes beyond alpha - SD, one in 44 beyond alpha - 2 SD")
     for doubt in found.doubts:
         yield f"warning: {doubt}"
 

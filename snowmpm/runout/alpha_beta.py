@@ -20,6 +20,8 @@ BETA_SLOPE = 10.0
 """Slope of the beta point [degrees]."""
 BETA_LENGTH = 30.0
 """Length over which it must be that gentle [m]."""
+RUNOUTS = (1, 0, -1, -2)
+"""Deviations whose run-outs are told."""
 STEEP, STEEP_LENGTH = 20.0, 100.0
 """Ground that is this steep [degrees] over this length [m] beyond the beta point is another slope."""
 
@@ -62,6 +64,8 @@ def alpha_beta(profile, calibration="austria", split=None):
     if calibration not in CALIBRATIONS:
         raise InputError.not_in("--calibration", calibration, CALIBRATIONS)
     fit = CALIBRATIONS[calibration]
+    if split is not None and split >= profile.s[-1]:
+        raise InputError.at("--split", split, f"must be below the length of the path, {profile.s[-1]:.0f} m")
     split = profile.foot() if split is None else split
     i = _beta_point(profile, split)
     steep = _steep_again(profile, i)
@@ -70,8 +74,10 @@ def alpha_beta(profile, calibration="austria", split=None):
     heights = np.polyval([a, b, c], profile.s)
     fall = float(np.ptp(heights))
     alpha = fit.k1 * beta + fit.k2 * 2.0 * a + fit.k3 * fall + fit.k4
+    if alpha + min(RUNOUTS) * fit.deviation <= 0.0:
+        raise InputError(f"no alpha: {alpha:.1f} ± {fit.deviation:g} degrees, on a path that hardly falls")
     runouts = {n: profile.where_reached(profile.z[0] - profile.s * math.tan(math.radians(alpha + n * fit.deviation)),
-                                        split) for n in (1, 0, -1, -2)}
+                                        split) for n in RUNOUTS}
     doubts = [*_doubts(profile, alpha, beta, runouts, heights)]
     if steep is not None:
         doubts.append(f"beyond the beta point ({profile.s[i]:.0f} m) the path is steep again at {steep:.0f} m: if that"
@@ -81,8 +87,8 @@ def alpha_beta(profile, calibration="austria", split=None):
 
 def _steep_again(profile, i):
     """Length [m] at which a path is steep beyond point i, None where it is not."""
-    ahead = np.interp(profile.s + STEEP_LENGTH, profile.s, profile.z)
-    falls = (profile.z - ahead >= STEEP_LENGTH * math.tan(math.radians(STEEP))) & (profile.s >= profile.s[i])
+    steep = profile.fall_over(STEEP_LENGTH) >= STEEP_LENGTH * math.tan(math.radians(STEEP))
+    falls = steep & (profile.s >= profile.s[i])
     return float(profile.s[np.flatnonzero(falls)[0]]) if falls.any() else None
 
 

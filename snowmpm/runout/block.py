@@ -35,7 +35,7 @@ class Slide:
 def energy_line(profile, angle):
     """`Slide` of a block whose energy falls along a straight line of an angle [degrees] from the upper end."""
     line = profile.z[0] - profile.s * math.tan(math.radians(angle))
-    end = profile.where_reached(line)
+    end = profile.where_reached(line) if line[1] > profile.z[1] else 0.0  # else it does not start
     over = np.where(profile.s <= (math.inf if end is None else end), np.maximum(line - profile.z, 0.0), 0.0)
     return Slide(np.sqrt(2.0 * GRAVITY * over), end)
 

@@ -10,7 +10,7 @@ RASTERS = {
     "energy_height": ("largest energy height", "m"),
     "speed": ("largest speed of a block", "m/s"),
     "travel_length": ("longest way", "m"),
-    "travel_angle": ("least travel angle", "degrees"),
+    "travel_angle": ("travel angle", "degrees"),
     "flux": ("sum of flux", "1"),
     "release_cells": ("release cells that reach it", "1"),
 }
@@ -54,7 +54,8 @@ def layers(found):
     profile = found.profile
     line = shapely.LineString(np.column_stack([profile.plan, profile.z]))
     points = [(shapely.Point(*one.place, one.height), {
-        "model": one.model, "length_m": round(one.s, 1), "angle_deg": round(float(one.angle or 0.0), 2)})
+        "model": one.model, "length_m": round(one.s, 1),
+        "angle_deg": None if one.angle is None else round(float(one.angle), 2)})
         for one in found.reaches if one.place is not None]
     return [Layer("path", "LineString", [(line, {"length_m": round(float(profile.s[-1]), 1)})]),
             Layer("runout", "Point", points)]

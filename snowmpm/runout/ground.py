@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
+from snowmpm import components
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
@@ -15,8 +16,9 @@ from snowmpm.setup.build import build
 @dataclass(frozen=True)
 class Ground:
     """z (nx, ny) [m]: heights at the middles of cells, NaN off the ground; lower (2,) [m]: their corner; cell [m];
-    release (k, 2): cells with snow, the highest first; thickness [m]: median of it, normal to the ground; friction: its
-    law; crs: well-known text, None where there is none."""
+    release (k, 2): cells with snow, the highest first; thickness [m]: as given, or the median of it, normal to the
+    ground; friction: its law; crs: well-known text, None where there is none; source: of the scene; ignored: what it
+    has that these models have not, in words."""
 
     z: np.ndarray
     lower: np.ndarray
@@ -25,6 +27,8 @@ class Ground:
     thickness: float
     friction: Any
     crs: str | None
+    source: str
+    ignored: tuple[str, ...]
 
     @property
     def top(self):
@@ -58,8 +62,16 @@ def ground_of(scene):
     slopes = np.stack([np.nan_to_num(part) for part in np.gradient(z, grid.dx)])
     depth = np.zeros(z.shape)
     np.add.at(depth, tuple(np.floor((snow.positions[:, :2] - grid.lower) / grid.dx).astype(int).T), snow.volumes)
-    thickness = depth / (grid.dx**2 * np.sqrt(1.0 + (slopes**2).sum(axis=0)))
-    thickness = float(np.median(thickness[tuple(cells.T)]))
+    tops = [top for body in scene.bodies if isinstance(top := body.shape.get("top"), float)]
+    over = depth / (grid.dx**2 * np.sqrt(1.0 + (slopes**2).sum(axis=0)))
+    thickness = float(np.mean(tops)) if len(tops) == len(scene.bodies) else float(np.median(over[tuple(cells.T)]))
     system = model.surface.system
     return Ground(z, np.asarray(grid.lower, float), float(grid.dx), cells[order], thickness, model.friction.law,
-                  system.wkt if system is not None else None)
+                  system.wkt if system is not None else None, scene.source, tuple(_ignored(scene)))
+
+
+def _ignored(scene):
+    """What a scene has that models without a flow have not."""
+    parts = {"water": scene.water, "obstacles": scene.obstacles,
+             "velocities of bodies": any(np.any(body.get("velocity")) for body in scene.bodies)}
+    return [*(one.words for one in components.used(scene)), *(name for name, there in parts.items() if there)]

@@ -17,6 +17,14 @@ FAR = Routing(angle=12.0, exponent=75.0)
 """With which the path is found, when none is given: further than nearly all avalanches go, and where most snow goes."""
 
 
+MOST_TRIED = 200
+"""Cells of a release from which a way is looked for."""
+BESIDE = 3.0
+"""Cells from the release within which a path begins at it."""
+FOLD = 90.0
+"""Turn of a path [degrees] beyond which it is folded."""
+
+
 @dataclass(frozen=True)
 class Reach:
     """model: its name; s [m]: length along the path to where it stops, None where the path ends before; place (2,),
@@ -34,7 +42,8 @@ class Reach:
 @dataclass(frozen=True)
 class Runout:
     """profile; given: whether its path was given; statistics: `AlphaBeta`, or None, with the reason; reaches: of all
-    models; speeds: (n,) [m/s] along the profile by model; routed: rasters; routing: its numbers."""
+    models; speeds: (n,) [m/s] along the profile by model; routed: rasters; routing: its numbers; more: what else to
+    know, in words."""
 
     profile: Profile
     given: bool
@@ -44,11 +53,13 @@ class Runout:
     speeds: dict[str, np.ndarray]
     routed: Routed
     routing: Routing
+    more: tuple[str, ...] = ()
 
     @property
     def doubts(self):
         """Why numbers may not hold, in words."""
-        return [*(self.statistics.doubts if self.statistics else ()), *([self.reason] if self.reason else [])]
+        own = self.statistics.doubts if self.statistics else ()
+        return [*own, *([self.reason] if self.reason else []), *self.more]
 
 
 def runout(ground, line=None, where="--path", calibration="austria", split=None, routing=USUAL, lists=1):
@@ -56,29 +67,64 @@ def runout(ground, line=None, where="--path", calibration="austria", split=None,
     top of the release by default; split [m]: see `alpha_beta`. Raises InputError."""
     given = line is not None
     if not given:
-        where, way = "the way of most snow", main_way(ground.z, ground.cell, ground.release[0], FAR)
-        line = on_ground(ground, ground.places(way))
+        where, line = "the way of most snow", _way(ground)
     profile = profile_of(line, ground.height, where)
     routed = route(ground.z, ground.cell, ground.release, routing, lists)
-    statistics, reason = None, ""
+    statistics, why = None, ""
     try:
         statistics = alpha_beta(profile, calibration, split)
     except InputError as error:
-        if calibration_is_wrong(error):
+        if str(error).startswith("--"):  # of an option
             raise
-        reason = f"alpha-beta: {error}"
+        why = f"alpha-beta: {error}"
     reaches, speeds = [], {}
     if statistics:
         for n, s in statistics.runouts.items():
             sd = "" if n == 0 else f" {'+' if n > 0 else '-'} {abs(n)} SD".replace("1 SD", "SD")
             reaches.append(_reach(profile, f"alpha{sd}", s, angle=statistics.alpha + n * statistics.deviation))
     slides = {f"energy line of {routing.angle:g} degrees": energy_line(profile, routing.angle),
-              **_blocks(profile, ground)}
+              **(blocks := _blocks(profile, ground))}
     for name, slide in slides.items():
         reaches.append(_reach(profile, name, slide.runout, speed=slide.fastest))
         speeds[name] = slide.speed
+    if not blocks:
+        reason = "needs Coulomb's or Voellmy's friction, in numbers"
+        reaches.append(Reach("block", None, None, None, None, None, reason))
     reaches.append(_of_routing(ground, routed))
-    return Runout(profile, given, statistics, reason, reaches, speeds, routed, routing)
+    return Runout(profile, given, statistics, why, reaches, speeds, routed, routing,
+                  tuple(_more(ground, profile, routed)))
+
+
+def _way(ground):
+    """Places of the way of most snow from the highest cell of the release from which some gets away."""
+    for cell in ground.release[: MOST_TRIED]:
+        line = _unfolded(on_ground(ground, ground.places(main_way(ground.z, ground.cell, cell, FAR))))
+        if len(line) > 1:
+            return line
+    raise InputError(f"{ground.source}: bodies: no snow gets away from the release above {FAR.angle:g} degrees: give a"
+                     " path with --path")
+
+
+def _unfolded(line):
+    """A line as far as it does not turn back."""
+    pieces = np.diff(line, axis=0)
+    folds = np.flatnonzero((pieces[1:] * pieces[:-1]).sum(axis=1) <= 0.0)
+    return line[: 2 + folds[0]] if len(folds) else line
+
+
+def _more(ground, profile, routed):
+    """What else to know of the numbers."""
+    places = ground.places(ground.release)
+    away = float(np.linalg.norm(places - profile.plan[0], axis=1).min())
+    if away > BESIDE * ground.cell:
+        yield f"the path begins {away:.0f} m beside the release: lengths and angles are from its upper end"
+    turn, s = profile.sharpest
+    if turn > FOLD:
+        yield f"the path turns by {turn:.0f} degrees at {s:.0f} m: models along it do not hold beyond"
+    if routed.at_edge:
+        yield "routing reaches the end of the ground, which lets no snow through: how far it goes cannot be told"
+    if ground.ignored:
+        yield f"not in these models: {', '.join(ground.ignored)}"
 
 
 def on_ground(ground, line):
@@ -86,11 +132,6 @@ def on_ground(ground, line):
     between = [np.linspace(a, b, 8) for a, b in itertools.pairwise(line)]
     known = [bool(np.isfinite(ground.height(places)).all()) for places in between]
     return line[: 1 + (known.index(False) if False in known else len(known))]
-
-
-def calibration_is_wrong(error):
-    """Whether a message is of an unknown calibration."""
-    return str(error).startswith("--calibration")
 
 
 def _blocks(profile, ground):
@@ -107,6 +148,8 @@ def _blocks(profile, ground):
 def _reach(profile, model, s, angle=None, speed=None):
     if s is None:
         return Reach(model, None, None, None, angle, speed, "beyond the end of the path")
+    if s == 0.0:
+        return Reach(model, 0.0, profile.plan[0], float(profile.z[0]), angle, speed, "does not start")
     place, height = profile.at(s)
     found = float(np.degrees(np.arctan2(profile.z[0] - height, s))) if s > 0.0 else None
     return Reach(model, s, place, height, found if angle is None else angle, speed)
@@ -116,5 +159,6 @@ def _of_routing(ground, routed):
     """The longest way of routing, and the place that it leads to."""
     cell = np.unravel_index(int(np.nanargmax(routed.length)), routed.length.shape)
     s, height = float(routed.length[cell]), float(ground.z[cell])
-    return Reach("routing, longest way", s, ground.places([cell])[0], height, float(routed.angle[cell]),
-                 float(np.sqrt(2.0 * GRAVITY * np.nanmax(routed.energy))))
+    angle, note = float(routed.angle[cell]), "at least: it reaches the end of the ground" if routed.at_edge else ""
+    return Reach("routing, longest way", s, ground.places([cell])[0], height, angle if np.isfinite(angle) else None,
+                 float(np.sqrt(2.0 * GRAVITY * np.nanmax(routed.energy))), note)

@@ -12,6 +12,10 @@ SPACING = 10.0
 """Length in plan between points of a profile [m]."""
 GENTLE = 20.0
 """Slope [degrees] from which on the foot of a path is looked for, of the parabola through its ends."""
+STRETCH = 100.0
+"""Length [m] over which ground counts as steep, or level."""
+TURN = 50.0
+"""Length [m] of the pieces between which a path turns."""
 LEAST = 3
 """Points of a profile."""
 
@@ -50,7 +54,28 @@ class Profile:
         # Slope of chord + a s (s - end)
         steepness = (self.z[-1] - self.z[0]) / end + a * (2.0 * s - end)
         gentle = np.flatnonzero(-steepness <= math.tan(math.radians(GENTLE)))
-        return float(s[gentle[0]]) if len(gentle) else 0.0
+        found = float(s[gentle[0]]) if len(gentle) else 0.0
+        # A long flat tail draws it out beyond the foot: then from the last steep ground before it
+        steep = np.flatnonzero((s < found) & (self.fall_over(STRETCH) >= STRETCH * math.tan(math.radians(GENTLE))))
+        level = self.fall_over(STRETCH)[min(int(np.searchsorted(s, found - STRETCH)), len(s) - 1)]
+        if len(steep) and level < STRETCH * math.tan(math.radians(0.5 * GENTLE)):
+            return float(s[steep[-1]])
+        return found
+
+    def fall_over(self, length):
+        """Fall [m] of the ground from each point (n,) over a length ahead [m]; to the end of the path at most."""
+        return self.z - np.interp(self.s + length, self.s, self.z)
+
+    @property
+    def sharpest(self):
+        """Sharpest turn of the path in plan [degrees], and the length where it is [m]; between places 50 m apart."""
+        s = np.arange(0.0, self.s[-1] + 1e-9, TURN)
+        pieces = np.diff(np.column_stack([np.interp(s, self.s, axis) for axis in self.plan.T]), axis=0)
+        if len(pieces) < 2:
+            return 0.0, 0.0
+        units = pieces / np.maximum(np.linalg.norm(pieces, axis=1), 1e-9)[:, None]
+        turns = np.degrees(np.arccos(np.clip((units[1:] * units[:-1]).sum(axis=1), -1.0, 1.0)))
+        return float(turns.max()), float(s[1 + int(turns.argmax())])
 
     def nearest(self, place):
         """Length [m] of the point nearest to a place (2,)."""
@@ -62,14 +87,19 @@ class Profile:
         return np.array([x, y]), z
 
     def where_reached(self, height, start=0.0):
-        """Length [m] at which the ground comes up to a line of heights (n,), beyond `start`, linear between points;
-        None where it does not."""
+        """Length [m] at which the ground comes up to a line of heights (n,) from the upper end, linear between points:
+        the first beyond `start`, or the last before, where the line is below the ground there. 0 where the line is
+        below the ground all along; None where the ground does not come up to it."""
         above = height - self.z
-        for i in np.flatnonzero((above[:-1] > 0.0) & (above[1:] <= 0.0)):
-            found = self.s[i] + (self.s[i + 1] - self.s[i]) * above[i] / (above[i] - above[i + 1])
-            if found > start:
-                return float(found)
-        return None
+        if not (above > 0.0).any():
+            return 0.0
+        crossings = np.flatnonzero((above[:-1] > 0.0) & (above[1:] <= 0.0))
+        share = above[crossings] / (above[crossings] - above[crossings + 1])
+        found = (self.s[crossings] + share * (self.s[crossings + 1] - self.s[crossings])).tolist()
+        before, beyond = [s for s in found if s <= start], [s for s in found if s > start]
+        if before and float(np.interp(start, self.s, above)) <= 0.0:
+            return before[-1]
+        return beyond[0] if beyond else None
 
 
 def profile_of(line, height, where, spacing=SPACING):

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.errors import SimulationError
@@ -31,8 +32,11 @@ from snowmpm.errors import SimulationError
 CHORD = 10
 """Steps of a way between two places that a straight line joins."""
 ROOM = 8
-"""Cells of all lists over cells of the raster: a cell may be found again after it was handled."""
-LEAST_ROOM = 4096
+"""Entries of a list over cells of the raster: a cell may be found again after it was handled."""
+LEAST_ROOM, MOST_ROOM = 4096, 2_000_000
+MOST_MEMORY = 2 << 30
+"""Of all lists side by side [bytes]."""
+FULL = 6
 MAIN = 0.02
 """Least flux in a cell of the way on which most snow goes."""
 FLUX = 3e-4
@@ -74,13 +78,16 @@ USUAL = Routing()
 @dataclass(frozen=True)
 class Routed:
     """Rasters (nx, ny), NaN where nothing came: largest energy height [m], longest way [m], sum of flux, number of
-    release cells that reach it, least travel angle [degrees]."""
+    release cells that reach it, travel angle of the way of the most energy [degrees], the least of all release cells;
+    NaN where it has no length. at_edge: whether snow comes to cells beside the end of the ground, which pass none on.
+    """
 
     energy: np.ndarray
     length: np.ndarray
     flux: np.ndarray
     cells: np.ndarray
     angle: np.ndarray
+    at_edge: bool
 
 
 @ti.func
@@ -94,8 +101,11 @@ def _chord(whole: ti.template(), t, k):
 
 
 @ti.func
-def _add(whole: ti.template(), real: ti.template(), place: ti.template(), t, k, d, flux, energy, length, at, n):
-    """Give to a neighbour in direction d of entry k: its entry, if it waits, or a new one; -> the number of entries."""
+def _add(whole: ti.template(), real: ti.template(), place: ti.template(), step, at, given, n):
+    """Give to the cell `at`, a neighbour in direction d of entry k in list t: to its entry, if it waits, or a new one;
+    -> the number of entries. step: t, k, d; given: flux, energy height, length of the way."""
+    t, k, d = step[0], step[1], step[2]
+    flux, energy, length = given[0], given[1], given[2]
     e = place[t, at]
     if e <= k:
         e = n
@@ -125,9 +135,9 @@ def _route(z: ti.types.ndarray(), starts: ti.types.ndarray(), settings: ti.types
            place: ti.types.ndarray(), whole: ti.types.ndarray(), real: ti.types.ndarray(),
            found: ti.types.ndarray()):
     """Route from cells, each on its own, spread over lists. z (nx, ny), NaN off the ground; starts (s,): their cells;
-    settings: cell, tan(angle), exponent, least flux, most, straight; steps (8, 3): of the directions, and lengths;
-    place (lists, cells): entry that waits for a cell, OFF without; whole (lists, n, 4), real (lists, n, 11): the
-    lists, `whole[t, 0, PARENT]` is set below OFF where one was too short; found (lists, cells, FOUND)."""
+    settings: cell, tan(angle), exponent, least flux, most, straight, and 1 at FULL where a list was too short; steps
+    (8, 3): of the directions, and lengths; place (lists, cells): entry that waits for a cell, OFF without; whole
+    (lists, n, 4), real (lists, n, 11): the lists; found (lists, cells, FOUND)."""
     for t in range(place.shape[0]):
         nx, ny = z.shape[0], z.shape[1]
         cell, slope, exponent, least, most = settings[0], settings[1], settings[2], settings[3], settings[4]
@@ -156,7 +166,8 @@ def _route(z: ti.types.ndarray(), starts: ti.types.ndarray(), settings: ti.types
                     way = length + ds
                     if settings[5] > 0.0:
                         x, y = ti.cast(a - fi, ti.f64), ti.cast(b - fj, ti.f64)
-                        way = real[t, far, ENTRY_LENGTH] + cell * ti.sqrt(x * x + y * y)
+                        # A way that comes back to where it was has a length all the same
+                        way = ti.max(real[t, far, ENTRY_LENGTH] + cell * ti.sqrt(x * x + y * y), length + 0.5 * ds)
                     fall = z[i, j] - higher
                     here = ti.min(energy + fall - (way - length) * slope, most)
                     if inside and here > 0.0 and not (whole[t, k, BACK] >> d) & 1:
@@ -182,8 +193,8 @@ def _route(z: ti.types.ndarray(), starts: ti.types.ndarray(), settings: ti.types
                         if lowest != OFF:
                             a = i + ti.cast(steps[lowest, 0], ti.i32)
                             b = j + ti.cast(steps[lowest, 1], ti.i32)
-                            n = _add(whole, real, place, t, k, lowest, shares[lowest] + small / kept, energies[lowest],
-                                     lengths[lowest], a * ny + b, n)
+                            given = ti.Vector([shares[lowest] + small / kept, energies[lowest], lengths[lowest]])
+                            n = _add(whole, real, place, ti.Vector([t, k, lowest]), a * ny + b, given, n)
                             shares[lowest] = 0.0
                 k += 1
             for e in range(n):
@@ -197,18 +208,26 @@ def _route(z: ti.types.ndarray(), starts: ti.types.ndarray(), settings: ti.types
                 if length > 0.0:
                     found[t, at, ANGLE] = ti.min(found[t, at, ANGLE], (z0 - z[at // ny, at % ny]) / length)
             if k < n:
-                whole[t, 0, PARENT] = OFF - 1
+                settings[FULL] = 1.0
 
 
 def route(z, cell, starts, options=USUAL, lists=1):
     """`Routed` over heights z (nx, ny) [m], NaN off the ground, of cells of a side `cell` [m], from cells `starts`
     (k, 2). lists: that are worked on side by side. Raises SimulationError where a way goes round in circles."""
+    found, _ = _searched(z, cell, starts, options, lists)
+    return _routed(found, z)
+
+
+def _searched(z, cell, starts, options, lists):
+    """(numbers of cells (lists, cells, FOUND), lists (whole, real) of the last start of each)."""
     z = np.ascontiguousarray(z, float)
-    lists = max(1, min(lists, len(starts)))
-    room = max(LEAST_ROOM, ROOM * z.size)
+    room = min(max(LEAST_ROOM, ROOM * z.size), MOST_ROOM)
+    each = room * (4 * 4 + 8 * (AHEAD + 8)) + z.size * (4 + 8 * FOUND)
+    lists = max(1, min(lists, len(starts), int(MOST_MEMORY // each)))
+    memory.require(lists * each, "solver.dx: routing over the cells of the terrain")
     numbers = np.ravel_multi_index(np.asarray(starts).T, z.shape).astype(np.int32)
     settings = np.array([cell, math.tan(math.radians(options.angle)), options.exponent, options.flux, options.most,
-                         float(options.straight)])
+                         float(options.straight), 0.0])
     steps = np.array([[*one, math.hypot(*one)] for one in DIRECTIONS], float)
     place = np.full((lists, z.size), OFF, np.int32)
     whole, real = np.zeros((lists, room, 4), np.int32), np.zeros((lists, room, AHEAD + 8))
@@ -216,31 +235,34 @@ def route(z, cell, starts, options=USUAL, lists=1):
     found[..., ANGLE] = np.inf
     with runtime.precision("f64"):
         _route(z, numbers, settings, steps, place, whole, real, found)
-    if (whole[:, 0, PARENT] < OFF).any():
-        raise SimulationError(f"routing found more than {room} cells from one: a least flux above {options.flux:g}"
-                              " keeps it within bounds")
-    return _routed(found, z.shape)
+    if settings[FULL]:
+        raise SimulationError(f"routing found more than {room} cells from one release cell: a larger --angle, or larger"
+                              " cells (solver.dx), keep it within bounds")
+    return found, (whole, real)
 
 
 def main_way(z, cell, start, options):
-    """Places (k, 2) [cells, from the middle of the first] on the way of most snow from one cell (2,): the middle of
-    what is equally far from it, `CHORD` / 2 cells at a time, weighted by the square of the flux."""
-    found = route(z, cell, np.asarray(start)[None], options)
-    cells = np.argwhere(np.isfinite(found.flux))
-    flux, far = (one[tuple(cells.T)] for one in (found.flux, found.length))
-    part = np.floor(far / (0.5 * CHORD * cell)).astype(int)
-    weights = np.bincount(part, flux**2)
-    middles = np.column_stack([np.bincount(part, flux**2 * axis) / np.maximum(weights, 1e-300) for axis in cells.T])
-    strongest = np.array([flux[part == i].max(initial=0.0) for i in range(len(weights))])
-    last = np.flatnonzero(strongest >= MAIN)[-1]
-    held = (weights > 0.0) & (np.arange(len(weights)) <= last)
-    return np.concatenate([np.asarray(start, float)[None], middles[held][1:]])
+    """Cells (k, 2) of the way from one cell (2,) to the furthest place that much snow gets to, `CHORD` / 2 steps apart:
+    back from it by the parents that gave most energy."""
+    found, (whole, real) = _searched(z, cell, np.asarray(start)[None], options, 1)
+    entries = int((found[0, :, CELLS] > 0.0).sum()) and int(np.flatnonzero(real[0, :, ENTRY_FLUX])[-1]) + 1
+    strong = real[0, :entries, ENTRY_FLUX] >= MAIN
+    e = int(np.argmax(np.where(strong, real[0, :entries, ENTRY_LENGTH], -1.0)))
+    way = []
+    while e >= 0:
+        way.append(whole[0, e, AT])
+        e = int(whole[0, e, PARENT])
+    cells = np.array(np.unravel_index(way[::-1], z.shape)).T
+    return cells[np.unique([*range(0, len(cells), CHORD // 2), len(cells) - 1])]
 
 
-def _routed(found, shape):
+def _routed(found, z):
     energy, length = found[..., ENERGY].max(axis=0), found[..., LENGTH].max(axis=0)
     flux, cells = found[..., SUM].sum(axis=0), found[..., CELLS].sum(axis=0)
-    angle = np.degrees(np.arctan(found[..., ANGLE].min(axis=0)))
+    tangent = found[..., ANGLE].min(axis=0)
+    angle = np.where(np.isfinite(tangent), np.degrees(np.arctan(tangent)), np.nan)
     reached = cells > 0.0
-    rasters = [np.where(reached, one, np.nan).reshape(shape) for one in (energy, length, flux, cells, angle)]
-    return Routed(*rasters)
+    rasters = [np.where(reached, one, np.nan).reshape(z.shape) for one in (energy, length, flux, cells, angle)]
+    known = np.pad(np.isfinite(z), 1)
+    inside = np.all([known[1 + i : 1 + i + z.shape[0], 1 + j : 1 + j + z.shape[1]] for i, j in DIRECTIONS], axis=0)
+    return Routed(*rasters, bool((reached.reshape(z.shape) & ~inside).any()))

@@ -93,3 +93,27 @@ def test_angles_on_paths_of_avaframe():
         for name in ("beta", "alpha", "alpha_small"):
             assert float(row[name]) == pytest.approx(float(row[f"{name}_com2ab"]), abs=0.01), (row["path"], name)
         assert float(row["runout"]) == pytest.approx(float(row["runout_com2ab"]), abs=10.0)
+
+
+def cliff(places):
+    """35 degrees as far as 1000 m, then level."""
+    return -math.tan(math.radians(35.0)) * np.minimum(places[:, 0], 1000.0)
+
+
+@pytest.mark.parametrize("length", [1200.0, 1500.0, 2000.0, 3000.0, 5000.0])
+def test_the_beta_point_does_not_move_with_the_tail_of_a_path(length):
+    profile = profile_of(np.array([[0.0, 0.0], [length, 0.0]]), cliff, "here")
+    assert alpha_beta(profile).beta_s == pytest.approx(1010.0, abs=1.0)
+
+
+def test_every_line_of_alpha_meets_the_ground_where_it_first_does():
+    """alpha + SD does so before the foot."""
+    found = alpha_beta(profile_of(np.array([[0.0, 0.0], [5000.0, 0.0]]), cliff, "here"))
+    assert found.runouts[1] is not None and found.runouts[1] <= found.runouts[0]
+
+
+def test_splits_and_paths_that_are_refused():
+    with pytest.raises(InputError, match=r"--split = 3000\.0: must be below the length of the path, 3000 m"):
+        alpha_beta(profile_of(LINE, parabola, "here"), split=3000.0)
+    with pytest.raises(InputError, match="no alpha"):
+        alpha_beta(profile_of(LINE, lambda places: -1e-4 * places[:, 0], "here"))

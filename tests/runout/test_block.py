@@ -80,3 +80,24 @@ def test_the_run_out_on_a_bend_converges(mu, xi, centrifugal):
               for dx in (40.0, 20.0, 10.0)]
     assert errors[-1] < 0.002 * answer
     assert errors[0] > 1.7 * errors[1] > 2.5 * errors[2]
+
+
+def brow(places):
+    """Gentle, then 45 degrees beyond a rounded brow of 100 m."""
+    s = places[:, 0]
+    bend = np.clip((s - 300.0) / 100.0, 0.0, 1.0)
+    return -0.4 * np.minimum(s, 300.0) - 40.0 * bend - 30.0 * bend**2 - np.maximum(s - 400.0, 0.0)
+
+
+def test_over_a_brow_the_ground_carries_less_but_never_pulls():
+    profile = profile_of(LINE, brow, "here", spacing=5.0)
+    with_it, without = block(profile, 0.3), block(profile, 0.3, centrifugal=False)
+    at = int(np.searchsorted(profile.s, 420.0))
+    assert with_it.speed[at] > without.speed[at]
+    most = np.sqrt(2.0 * GRAVITY * profile.drop)
+    assert (with_it.speed <= most + 1e-9).all()
+
+
+def test_what_does_not_start():
+    profile = profile_of(LINE, lambda places: -0.2 * places[:, 0], "here")
+    assert energy_line(profile, 25.0).runout == 0.0 and block(profile, 0.3).runout == 0.0

@@ -5,11 +5,13 @@ import json
 
 import numpy as np
 import pytest
+import shapely
 
 from snowmpm.cli.app import app
 from snowmpm.compiler import runtime
 from snowmpm.runout.ground import ground_of
-from snowmpm.runout.models import runout
+from snowmpm.runout.models import FOLD, runout
+from snowmpm.runout.routing import Routing
 from snowmpm.scenes import load_scene
 
 VALLEY = "avalanche_depth_averaged"
@@ -63,8 +65,18 @@ def test_a_table_a_picture_and_rasters(call, tmp_path):
     with rasterio.open(tmp_path / "out" / "speed.tif") as file:
         speed = file.read(1)
         assert file.tags()["angle"] == "25.0" and np.nanmax(np.where(speed > 0.0, speed, np.nan)) > 20.0
+        stop = rows["routing, longest way"]
+        row, column = file.index(float(stop["x_m"]), float(stop["y_m"]))
+    with rasterio.open(tmp_path / "out" / "travel_length.tif") as file:  # north is up, east to the right
+        assert file.read(1)[row, column] == pytest.approx(float(stop["length_m"]), abs=0.1)
+    ground = ground_of(load_scene(VALLEY, {"solver.dx": 10.0}))
+    place = np.array([[float(rows["alpha"]["x_m"]), float(rows["alpha"]["y_m"])]])
+    assert ground.height(place)[0] == pytest.approx(float(rows["alpha"]["z_m"]), abs=1.0)
     pyogrio = pytest.importorskip("pyogrio")
     assert {name for name, _ in pyogrio.list_layers(tmp_path / "out" / "runout.gpkg")} == {"path", "runout"}
+    _, _, shapes, columns = pyogrio.raw.read(tmp_path / "out" / "runout.gpkg", layer="runout")
+    points = dict(zip(columns[0], shapely.from_wkb(shapes), strict=True))
+    assert (points["alpha"].x, points["alpha"].y) == pytest.approx(tuple(place[0]), abs=0.01)
     assert call("runout", VALLEY, "--set", FRICTION, "--set", "solver.dx=10", "-o", "out", "--json")[0] == 0
 
 
@@ -77,7 +89,9 @@ def test_json_and_a_path_of_the_user(call, tmp_path):
     found = json.loads(out)
     assert found["path_length"] == pytest.approx(752.0, abs=1.0)
     assert found["alpha"] == pytest.approx(0.96 * found["beta"] - 1.4) and found["deviation"] == 2.3
-    assert "energy line of 22 degrees" in found["models"] and not any("block" in name for name in found["models"])
+    assert "energy line of 22 degrees" in found["models"] and found["calibration"] == "norway"
+    assert found["models"]["block"]["length"] is None and "needs Coulomb's" in found["models"]["block"]["note"]
+    assert found["path"] == "--path = 'line.geojson'"
 
 
 @pytest.mark.parametrize(("options", "words"), [
@@ -104,3 +118,39 @@ def test_models_go_as_far_as_the_flow_within_the_scatter_of_friction(valley):
     found = {one.model: one.s for one in runout(valley).reaches}
     assert 500.0 < found["block, Voellmy 0.2, 1500"] < 810.0
     assert 500.0 < found["alpha"] < 810.0 and 550.0 < found["routing, longest way"] < 810.0
+
+
+@pytest.mark.parametrize(("law", "model"), [
+    ({"law": "coulomb", "mu": 0.3}, "block, Coulomb 0.3"),
+    ({"law": "voellmy", "mu": 0.2, "k": 0.00981}, "block, Voellmy 0.2, 1000"),
+    ({"law": "voellmy", "mu": 0.2, "xi": 1500.0, "tau0": 100.0}, "block"), ({"card": "samos_at_small"}, "block"),
+])
+def test_laws_that_a_block_has(law, model):
+    runtime.start("cpu")
+    found = runout(ground_of(load_scene(VALLEY, {"solver.dx": 10.0, "terrain.friction": law})))
+    names = [one.model for one in found.reaches if one.model.startswith("block")]
+    assert names == [model]
+
+
+def test_what_the_models_have_not_is_said():
+    runtime.start("cpu")
+    forest = [{"name": "trees", "region": {"x": [600300.0, 600500.0]}, "drag": 0.01}]
+    ground = ground_of(load_scene(VALLEY, {"solver.dx": 10.0, "terrain.forest": forest}))
+    assert ground.ignored == ("forest",) and any("forest" in doubt for doubt in runout(ground).doubts)
+
+
+def test_the_end_of_the_ground_is_no_run_out(valley):
+    found = runout(valley, routing=Routing(angle=8.0))
+    assert found.routed.at_edge and "at least" in found.reaches[-1].note
+    assert any("cannot be told" in doubt for doubt in found.doubts)
+
+
+def test_a_path_that_begins_elsewhere_or_folds_is_said(valley):
+    line = np.array([[600400.0, 200220.0], [600700.0, 200215.0], [600500.0, 200215.0], [600900.0, 200215.0]])
+    said = " ".join(runout(valley, line).doubts)
+    assert "beside the release" in said and "turns by 180 degrees at" in said
+
+
+def test_the_way_of_most_snow_does_not_fold(valley):
+    turn, _ = runout(valley).profile.sharpest
+    assert turn < FOLD

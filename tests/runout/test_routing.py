@@ -45,9 +45,9 @@ def test_run_out_does_not_depend_on_the_direction_of_the_raster(degrees, exponen
     found = route(z, CELL, start, Routing(25.0, exponent))
     fall = z[tuple(start[0])] - z.min()
     reach = along[np.isfinite(found.energy)].max()
-    assert reach == pytest.approx(fall / ALPHA, rel=0.03)
+    assert reach == pytest.approx(fall / ALPHA, rel=0.02)
     most = fall - ALPHA * along[z <= z.min() + 1e-9].min()
-    assert np.nanmax(found.energy) == pytest.approx(most, rel=0.03)
+    assert np.nanmax(found.energy) == pytest.approx(most, rel=0.04)
     assert np.nanmin(found.angle) == pytest.approx(25.0, abs=0.5)
 
 
@@ -147,4 +147,32 @@ def test_beside_flow_py_on_three_terrains():
     for row in rows:
         assert float(row["common_area_steps"]) > 0.99 and float(row["energy_difference_steps_m"]) < 0.5
         assert float(row["longest_steps_m"]) == pytest.approx(float(row["longest_flow_py_m"]), rel=0.005)
-        assert float(row["common_area_straight"]) > 0.75
+        assert float(row["common_area_straight"]) > 0.7
+
+
+def test_the_first_of_two_ways_without_end_is_an_error_too(monkeypatch):
+    monkeypatch.setattr("snowmpm.runout.routing.LEAST_ROOM", 64)
+    monkeypatch.setattr("snowmpm.runout.routing.ROOM", 0)
+    with pytest.raises(SimulationError):
+        route(bumpy(), CELL, np.array([[4, 30], [0, 30]]))
+
+
+def test_no_energy_comes_from_going_round():
+    """In a bowl snow comes to rest, whatever the exponent."""
+    axis = CELL * (np.arange(60) - 30.0)
+    z = 2e-3 * (axis[:, None] ** 2 + axis[None, :] ** 2) + np.random.default_rng(1).normal(0.0, 0.5, (60, 60))
+    for exponent in (8.0, 75.0):
+        found = route(z, CELL, np.array([[5, 30]]), Routing(20.0, exponent))
+        fall = z[5, 30] - z
+        reached = np.isfinite(found.energy)
+        straight = CELL * np.hypot(*(np.indices(z.shape) - np.array([5, 30])[:, None, None]))
+        bound = fall - straight * math.tan(math.radians(20.0))
+        assert (found.energy[reached] <= bound[reached] + 0.05 * np.abs(fall).max()).all()
+
+
+def test_memory_of_a_large_raster_is_bounded():
+    from snowmpm.runout import routing
+
+    z = np.zeros((1500, 1500)) - 5.0 * np.arange(1500)[:, None]
+    found = route(z, CELL, np.array([[3, 700 + k] for k in range(16)]), Routing(angle=30.0, flux=0.05), lists=16)
+    assert np.isfinite(found.energy).any() and routing.MOST_MEMORY <= 2 << 30
