@@ -136,7 +136,7 @@ def test_what_the_models_have_not_is_said():
     runtime.start("cpu")
     forest = [{"name": "trees", "region": {"x": [600300.0, 600500.0]}, "drag": 0.01}]
     ground = ground_of(load_scene(VALLEY, {"solver.dx": 10.0, "terrain.forest": forest}))
-    assert ground.ignored == ("forest",) and any("forest" in doubt for doubt in runout(ground).doubts)
+    assert ground.ignored == ("forest and deposition",) and any("forest" in doubt for doubt in runout(ground).doubts)
 
 
 def test_the_end_of_the_ground_is_no_run_out(valley):
