@@ -244,8 +244,8 @@ def _searched(z, cell, starts, options, lists):
 def main_way(z, cell, start, options):
     """Cells (k, 2) of the way from one cell (2,) to the furthest place that much snow gets to, `CHORD` / 2 steps apart:
     back from it by the parents that gave most energy."""
-    found, (whole, real) = _searched(z, cell, np.asarray(start)[None], options, 1)
-    entries = int((found[0, :, CELLS] > 0.0).sum()) and int(np.flatnonzero(real[0, :, ENTRY_FLUX])[-1]) + 1
+    _, (whole, real) = _searched(z, cell, np.asarray(start)[None], options, 1)
+    entries = int(np.flatnonzero(real[0, :, ENTRY_FLUX])[-1]) + 1
     strong = real[0, :entries, ENTRY_FLUX] >= MAIN
     e = int(np.argmax(np.where(strong, real[0, :entries, ENTRY_LENGTH], -1.0)))
     way = []
