@@ -2,11 +2,13 @@
 
 import os
 from collections import Counter
+from typing import NamedTuple
 
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from snowmpm.cli import watch
+from snowmpm.cli.app import app
 from snowmpm.compiler import runtime
 
 TOGETHER = {
@@ -92,3 +94,30 @@ def pytest_terminal_summary(terminalreporter):
     if reasons:
         counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
         terminalreporter.write_line(f"skipped validation: {sum(reasons.values())} tests: {counts}")
+
+
+class Result(NamedTuple):
+    """Of a command."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def call(capsys, tmp_path, monkeypatch):
+    """call("run", "scene.toml") -> Result, in an empty folder of its own and in this process: a subprocess costs a
+    second each."""
+    monkeypatch.chdir(tmp_path)
+
+    def invoke(*arguments):
+        capsys.readouterr()
+        try:
+            app([str(argument) for argument in arguments])
+            code = 0
+        except SystemExit as end:
+            code = end.code or 0
+        output = capsys.readouterr()
+        return Result(code, output.out, output.err)
+
+    return invoke

@@ -1,37 +1,9 @@
-"""The command line, called in this process: a subprocess costs a second each."""
+"""A scene for tests of the command line."""
 
 import shutil
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-
-from snowmpm.cli.app import app
-
-
-@dataclass
-class Result:
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
-    """call("run", "scene.toml") -> Result, in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        capsys.readouterr()
-        try:
-            app([str(argument) for argument in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        output = capsys.readouterr()
-        return Result(code, output.out, output.err)
-
-    return invoke
 
 
 @pytest.fixture

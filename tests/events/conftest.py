@@ -12,7 +12,6 @@ import pytest
 pytest.importorskip("pooch")
 pytest.importorskip("rasterio")
 
-from snowmpm.cli.app import app
 from snowmpm.events import store
 from snowmpm.scenes.library import FOLDER as LIBRARY
 from tests.support.made_up_event import EVENT, NAME, SCENE, SEEN, Server
@@ -75,21 +74,3 @@ def made_up(server, own):
         return NAME
 
     return write
-
-
-@pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
-    """call("events", "get", NAME) -> (exit code, stdout, stderr), in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        capsys.readouterr()
-        try:
-            app([str(argument) for argument in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        output = capsys.readouterr()
-        return code, output.out, output.err
-
-    return invoke

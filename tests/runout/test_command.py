@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import shapely
 
-from snowmpm.cli.app import app
 from snowmpm.compiler import runtime
 from snowmpm.runout.ground import ground_of
 from snowmpm.runout.models import FOLD, runout
@@ -16,23 +15,6 @@ from snowmpm.scenes import load_scene
 
 VALLEY = "avalanche_depth_averaged"
 FRICTION = 'terrain.friction={law="voellmy",mu=0.2,xi=1500.0}'
-
-
-@pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        capsys.readouterr()
-        try:
-            app([str(argument) for argument in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        output = capsys.readouterr()
-        return code, output.out, output.err
-
-    return invoke
 
 
 @pytest.fixture(scope="module")

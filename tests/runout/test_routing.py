@@ -170,9 +170,15 @@ def test_no_energy_comes_from_going_round():
         assert (found.energy[reached] <= bound[reached] + 0.05 * np.abs(fall).max()).all()
 
 
-def test_memory_of_a_large_raster_is_bounded():
+def test_lists_side_by_side_are_as_many_as_memory_allows(monkeypatch):
     from snowmpm.runout import routing
 
-    z = np.zeros((1500, 1500)) - 5.0 * np.arange(1500)[:, None]
-    found = route(z, CELL, np.array([[3, 700 + k] for k in range(16)]), Routing(angle=30.0, flux=0.05), lists=16)
-    assert np.isfinite(found.energy).any() and routing.MOST_MEMORY <= 2 << 30
+    lists = []
+    kernel = routing._route
+    monkeypatch.setattr(routing, "_route", lambda *arrays: (lists.append(len(arrays[4])), kernel(*arrays)))
+    starts = np.argwhere(np.ones((3, 3))) + np.array([4, 28])
+    usual = route(bumpy(), CELL, starts, lists=3)
+    monkeypatch.setattr(routing, "MOST_MEMORY", 1 << 20)
+    few = route(bumpy(), CELL, starts, lists=3)
+    assert lists == [3, 1]
+    np.testing.assert_array_equal(usual.energy, few.energy)
