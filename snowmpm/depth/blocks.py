@@ -35,7 +35,7 @@ class Course:
     a run that rests [s]; speed: largest
     [m/s]; bend: largest depth over radius of curvature of the ground along a path [-]; slope: steepest angle on the way
     [degrees]; lift: largest share of the weight that the ground's curvature takes off [-]: above 1, snow leaves the
-    ground."""
+    ground; way: length in plan of the longest way of a block [m]."""
 
     steps: int
     rests: float
@@ -44,6 +44,7 @@ class Course:
     bend: float
     slope: float
     lift: float
+    way: float = 0.0
 
     def later(self, delay, end_time):
         """The same, of which a part begins `delay` [s] later: until then the flow is taken to need as many steps as
@@ -70,7 +71,8 @@ class Blocks:
         self.plan, self.velocity = np.array(plan, float), np.array(velocity, float)
         self.depth, self.density = np.asarray(depth, float), np.asarray(density, float)
         self._share, self.material = load and load[0], load[1] if load else np.zeros(len(self.plan), int)
-        self.time = self.bend = self.slope = self.lift = 0.0
+        self.time = self.bend = self.slope = self.lift = self.way = 0.0
+        self._ways = np.zeros(len(self.plan))
         along = (self.velocity * self.slopes(self.plan)).sum(axis=1)
         self._energy = 0.5 * ((self.velocity**2).sum(axis=1) + along**2) + gravity * self._height()
 
@@ -98,7 +100,10 @@ class Blocks:
         kept = np.maximum(0.0, speed - dt * dry) / (1.0 + dt * rate) / np.maximum(speed, 1e-30)
         self._note(turn, before, cosine)
         self.velocity = new * kept[:, None]
-        self.plan += 0.5 * dt * (w + self.velocity)
+        move = 0.5 * dt * (w + self.velocity)
+        self.plan += move
+        self._ways += np.linalg.norm(move, axis=1)
+        self.way = max(self.way, float(self._ways.max(initial=0.0)))
         self.time += dt
         # Steps longer than the ground's bends would gain energy from them: none is faster than its fall allows
         most = np.sqrt(2.0 * np.maximum(self._energy - self._g * self._height(), 0.0))
@@ -128,7 +133,7 @@ class Blocks:
         at = (self.plan - self._grid.lower) / self._grid.dx
         stay = ((at >= 0.0) & (at < self._grid.shape)).all(axis=1) & (self._rows[self._cells()] >= 0)
         if not stay.all():
-            for name in ("plan", "velocity", "depth", "density", "material", "_energy"):
+            for name in ("plan", "velocity", "depth", "density", "material", "_energy", "_ways"):
                 setattr(self, name, vars(self)[name][stay])
 
     def _note(self, turn, speed, cosine):
@@ -160,4 +165,4 @@ def run_blocks(blocks, longest, end_time, interval):
         steps = math.ceil(steps * end_time / time)
     last = interval / math.ceil(interval / longest(0.0) - 1e-9)
     return Course(max(steps, 1), rests if len(blocks.plan) else time, last, most, blocks.bend, blocks.slope,
-                  blocks.lift)
+                  blocks.lift, blocks.way)
