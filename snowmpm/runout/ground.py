@@ -67,11 +67,11 @@ def ground_of(scene):
     thickness = float(np.mean(tops)) if len(tops) == len(scene.bodies) else float(np.median(over[tuple(cells.T)]))
     system = model.surface.system
     return Ground(z, np.asarray(grid.lower, float), float(grid.dx), cells[order], thickness, model.friction.law,
-                  system.wkt if system is not None else None, scene.source, tuple(_ignored(scene)))
+                  system.wkt if system is not None else None, scene.source, ignored_parts(scene))
 
 
-def _ignored(scene):
-    """What a scene has that models without a flow have not."""
+def ignored_parts(scene):
+    """What a scene has that models without a flow have not, in words."""
     parts = {"water": scene.water, "obstacles": scene.obstacles,
              "velocities of bodies": any(np.any(body.get("velocity")) for body in scene.bodies)}
-    return [*(one.words for one in components.used(scene)), *(name for name, there in parts.items() if there)]
+    return (*(one.words for one in components.used(scene)), *(name for name, there in parts.items() if there))

@@ -67,7 +67,7 @@ def runout(ground, line=None, where="--path", calibration="austria", split=None,
     top of the release by default; split [m]: see `alpha_beta`. Raises InputError."""
     given = line is not None
     if not given:
-        where, line = "the way of most snow", _way(ground)
+        where, line = "the way of most snow", way_of(ground)
     profile = profile_of(line, ground.height, where)
     routed = route(ground.z, ground.cell, ground.release, routing, lists)
     statistics, why = None, ""
@@ -83,7 +83,7 @@ def runout(ground, line=None, where="--path", calibration="austria", split=None,
             sd = "" if n == 0 else f" {'+' if n > 0 else '-'} {abs(n)} SD".replace("1 SD", "SD")
             reaches.append(_reach(profile, f"alpha{sd}", s, angle=statistics.alpha + n * statistics.deviation))
     slides = {f"energy line of {routing.angle:g} degrees": energy_line(profile, routing.angle),
-              **(blocks := _blocks(profile, ground))}
+              **(blocks := blocks_of(profile, ground.friction, ground.thickness))}
     for name, slide in slides.items():
         reaches.append(_reach(profile, name, slide.runout, speed=slide.fastest))
         speeds[name] = slide.speed
@@ -95,7 +95,7 @@ def runout(ground, line=None, where="--path", calibration="austria", split=None,
                   tuple(_more(ground, profile, routed)))
 
 
-def _way(ground):
+def way_of(ground):
     """Places of the way of most snow from the highest cell of the release from which some gets away."""
     for cell in ground.release[: MOST_TRIED]:
         line = _unfolded(on_ground(ground, ground.places(main_way(ground.z, ground.cell, cell, FAR))))
@@ -134,14 +134,13 @@ def on_ground(ground, line):
     return line[: 1 + (known.index(False) if False in known else len(known))]
 
 
-def _blocks(profile, ground):
-    """Slides of a block with the friction of the scene, where it has Coulomb's or Voellmy's."""
-    law = ground.friction
+def blocks_of(profile, law, thickness):
+    """{name: `Slide`} of a block with the friction of the ground, where that is Coulomb's or Voellmy's; else {}."""
     if isinstance(law, Coulomb) and not law.rasters:
         return {f"block, Coulomb {law.mu:g}": block(profile, law.mu)}
     if isinstance(law, Voellmy) and not law.rasters and not law.tau0 and not law.cohesion:
         xi = law.xi if law.xi is not None else GRAVITY / law.k
-        return {f"block, Voellmy {law.mu:g}, {xi:g}": block(profile, law.mu, xi, ground.thickness)}
+        return {f"block, Voellmy {law.mu:g}, {xi:g}": block(profile, law.mu, xi, thickness)}
     return {}
 
 

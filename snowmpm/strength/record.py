@@ -8,6 +8,7 @@ import numpy as np
 
 from snowmpm.comparison.answers.slope_stability import Slope, plane_strain_strength, upper_surface
 from snowmpm.draft import write_table, write_text
+from snowmpm.scenes.schema import Scene
 from snowmpm.strength.displacement import Ways, slip_surface
 from snowmpm.strength.reduction import Reduction
 
@@ -30,8 +31,13 @@ def answer(reduction: Reduction, ways: Ways) -> dict[str, Any]:
 
 
 def slices(reduction: Reduction):
-    """The critical circle of Bishop's slices and the `Slope`, of a slope of one polygon of soil in 2-D; or None."""
-    scene = reduction.scene
+    """`slices_of` its scene."""
+    return slices_of(reduction.scene, reduction.gravity)
+
+
+def slices_of(scene: Scene, gravity: float):
+    """The critical circle of Bishop's slices and the `Slope`, of a slope of one polygon of soil in 2-D; or None.
+    gravity [m/s2]."""
     if scene.dimension != 2 or len(scene.bodies) != 1 or scene.bodies[0].shape.kind != "polygon" or scene.terrain:
         return None
     law = scene.materials[scene.bodies[0].material]
@@ -39,7 +45,6 @@ def slices(reduction: Reduction):
         cohesion, angle, _ = plane_strain_strength(law.model_dump())
     except (ValueError, KeyError):
         return None
-    gravity = reduction.gravity
     points = np.array(scene.bodies[0].shape.points, float)
     x, z = upper_surface(points)
     slope = Slope(x, z, float(points[:, 1].min()), law.density * gravity, cohesion, float(np.tan(angle)))
