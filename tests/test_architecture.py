@@ -75,8 +75,10 @@ MAY_IMPORT = {
                   "events", "runout"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "runout": {*GROUND, "components", "compiler", "ground", "depth", "setup", "io", "gis"},
-    "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
-            "campaigns", "micro", "strength", "events", "runout"},
+    "ladder": {*GROUND, "components", "compiler", "stepping", "scenes", "saw_test", "setup", "handover", "running",
+               "io", "measured", "study", "advice", "comparison", "strength", "runout", "render"},
+    "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "measured", "study",
+            "advice", "ladder", "campaigns", "micro", "strength", "events", "runout"},
 }
 DOOR = "snowmpm.compiler.backend"
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}

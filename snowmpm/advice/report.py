@@ -51,6 +51,8 @@ class Advice:
     """`Alternative`s: what --fast and --accurate would change, and how long the run would then take"""
     unaffordable: str | None = None
     """why `snowmpm run` would refuse it (`affordability`), else None"""
+    scene_facts: SceneFacts | None = None
+    """of the scene's first method; not among the values of `record`"""
 
     def record(self):
         """The advice as values that JSON can hold."""
@@ -73,7 +75,7 @@ def advise(scene):
             said["steps"] = int(facts.steps)
         warned = list(dict.fromkeys([*cautions(facts), *(found for one in later for found in _cautions(one, scene))]))
         return Advice(said, _all_payments(budget, later, seconds), warned, savings(budget),
-                      alternatives(scene, budget), unaffordable(budget, "runs"))
+                      alternatives(scene, budget), unaffordable(budget, "runs"), facts)
 
 
 def _cautions(facts, scene):

@@ -7,6 +7,7 @@ import typer
 from snowmpm.cli import (
     campaign,
     check,
+    choose,
     compare,
     docs,
     element,
@@ -67,6 +68,7 @@ for command in (
     Command("run", run.run),
     Command("new", new.new),
     Command("check", check.check, writes=False),
+    Command("choose", choose.choose, writes=False),
     Command("runout", runout.runout),
     Command("list", listing.list_library, writes=False),
     Command("render", render.render, computes=False),

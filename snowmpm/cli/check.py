@@ -2,8 +2,10 @@
 
 import sys
 import textwrap
+from dataclasses import asdict
 
 from snowmpm.cli import errors
+from snowmpm.cli.choose import faster_model, outlook
 from snowmpm.cli.options import Accurate, Fast, Json, PrecisionOption, SceneName, Settings, scene_overrides
 from snowmpm.cli.table import line_length, print_facts, print_json
 from snowmpm.cli.wording import duration
@@ -40,9 +42,12 @@ def check(
         print(f"warning: {many}", file=sys.stderr)
     advice = advise(loaded)
     if as_json:
-        print_json({"scene": loaded.name, "source": loaded.source, **advice.record()})
+        print_json({"scene": loaded.name, "source": loaded.source, **advice.record(),
+                    "along": [asdict(one) for one in _with_models(loaded, advice)],
+                    "models": outlook(loaded, advice.scene_facts)})
         return
     print_facts(f"{loaded.name} ({loaded.source})", advice.facts)
+    _print_models(loaded, scene, advice.scene_facts)
     _print_payments(advice)
     if advice.unaffordable:
         _console().print(f"\n[bold red]out of reach[/]: {_plain(advice.unaffordable)}; run refuses it without"
@@ -50,7 +55,23 @@ def check(
     _print_cautions(advice.cautions)
     _print_savings(advice.savings)
     if not fast and not accurate:
-        _print_alternatives(advice.along)
+        _print_alternatives(_with_models(loaded, advice))
+
+
+def _print_models(scene, name, facts):
+    """Two lines: what the scene as it is answers, and the cheapest model that would do."""
+    found = outlook(scene, facts)
+    console = _console()
+    if found is None:
+        console.print("\n[bold]asked for[/] none of the questions of snowmpm choose")
+        return
+    console.print(f"\n[bold]asked for[/] {found['words']}: as it is, {found['own']}, {found['own_error']}")
+    best = found["chosen"]
+    if best:
+        console.print(f"  {best}, {duration(found['seconds'])}: {found['error']} ({found['reason']};"
+                      f" snowmpm choose {_plain(str(name))})", markup=False)
+    else:
+        console.print(f"  snowmpm choose {_plain(str(name))} lists other models ({found['reason']})", markup=False)
 
 
 def _print_payments(advice):
@@ -90,6 +111,20 @@ def _print_savings(savings):
     for saving in savings:
         gained = f"saves {duration(saving.seconds)} ({saving.share:.0%})" if saving.seconds > 0.0 else "saves no time"
         console.print(f"  [bold]{_plain(saving.key)}[/]: {_plain(saving.says)}; {gained}")
+
+
+def _with_models(scene, advice):
+    """`Alternative`s; in place of a --fast that changes nothing the next cheaper model."""
+    from snowmpm.advice.report import Alternative
+
+    fast = next((one for one in advice.along if one.option == "--fast"), None)
+    if fast and fast.seconds < advice.facts["run_time"]:
+        return advice.along
+    model = faster_model(scene, advice.scene_facts)
+    if model is None:
+        return advice.along
+    return [Alternative("--fast", model["seconds"], model["lines"]),
+            *(one for one in advice.along if one.option != "--fast")]
 
 
 def _print_alternatives(along):

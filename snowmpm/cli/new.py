@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli import completion
+from snowmpm.cli import choose, completion
 from snowmpm.cli.options import Settings, setting_values
 from snowmpm.draft import draft
 from snowmpm.errors import InputError
@@ -58,6 +58,8 @@ def new(
                           " kilometres in seconds. mpm by default."),
     ] = None,
     settings: Settings = None,
+    question: choose.Question = None,
+    within: choose.Within = None,
     like: Annotated[
         str | None,
         typer.Option(
@@ -72,7 +74,7 @@ def new(
     """Write a commented scene that runs as it is.
 
     By default a slab on a slope in profile; with --terrain an avalanche on your own slope; with --like a copy of a
-    library scene.
+    library scene. With --question by the cheapest model that answers it within an error (`snowmpm choose`).
     """
     name = name.removesuffix(".toml")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,99}", name):
@@ -80,6 +82,10 @@ def new(
                          " -o says in which folder")
     if like and (ground or release or thickness):
         raise InputError("--like copies a scene as it is: --terrain, --release and --thickness do not go with it")
+    if within and not question:
+        raise InputError("--within: goes with --question NAME")
+    if question and method:
+        raise InputError("--question chooses the method: --method does not go with it")
     if (release or thickness or unit or method) and not ground:
         raise InputError("--release, --thickness, --elevation-unit and --method go with --terrain FILE, your slope")
     folder = output or Path()
@@ -116,6 +122,16 @@ def new(
                 text = edited(text, {key: value for key, value in chosen.items() if key not in given})
                 part.write_bytes(text.encode())
                 told.insert(3, f"{size}, to {load_scene(part).end_time:g} s or until it rests")
+            if question:
+                start_taichi(Backend.cpu, None)
+
+                def load(changed):
+                    part.write_bytes(changed.encode())
+                    return load_scene(part)
+
+                text, line = choose.rewritten(text, load, question, within)
+                load(text)
+                told.append(line)
         except InputError as error:
             raise InputError(str(error).replace(str(part), str(file))) from None
     print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} --render"]))

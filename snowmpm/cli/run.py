@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from snowmpm import overwriting
+from snowmpm.cli import choose
 from snowmpm.cli.errors import warn
 from snowmpm.cli.live import Live, check_page, following
 from snowmpm.cli.maps import maps as draw_maps
@@ -69,6 +70,13 @@ def run(
     accept_cost: Annotated[
         bool, typer.Option("--accept-cost", help="Run even if it takes over a month or more than the free disk.")
     ] = False,
+    question: choose.Question = None,
+    within: choose.Within = None,
+    budget: choose.BudgetOption = None,
+    at: choose.At = None,
+    obstacle: choose.ObstacleName = None,
+    path: choose.PathOption = None,
+    rung: choose.RungName = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ):
@@ -83,6 +91,18 @@ def run(
     time and the time left; a browser that has it open shows each new picture by itself. Another process draws it, in
     2 % of the time of one core.
     """
+    if question or rung:
+        others = {"--resume": resume, "--render": render, "--maps": maps, "--live": live, "--fast": fast,
+                  "--accurate": accurate, "--precision": precision}
+        _answer(scene, settings, output, {"--question": question, "--within": within, "--budget": budget, "--at": at,
+                                          "--obstacle": obstacle, "--path": path, "--rung": rung},
+                [name for name, given in others.items() if given],
+                {"backend": backend, "threads": threads, "overwrite": overwrite, "accept_cost": accept_cost,
+                 "quiet": quiet, "lines": lines}, as_json)
+        return
+    if given_alone := [name for name, value in {"--within": within, "--budget": budget, "--at": at,
+                                                "--obstacle": obstacle, "--path": path}.items() if value is not None]:
+        raise InputError(f"{given_alone[0]}: goes with --question NAME")
     import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.io.remarks import remarks
     from snowmpm.scenes import load_scene
@@ -128,6 +148,27 @@ def run(
         draw_maps(folder, quiet=not told)
     if as_json:
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
+
+
+def _answer(scene, settings, output, asked, others, how, as_json):
+    """Answer a question about a scene by the cheapest model that will do. asked: options of the question by name;
+    others: names of options that were given and do not go with it; how: of `simulate`, backend and threads."""
+    if others:
+        raise InputError(f"{others[0]}: does not go with --question: run the rung's own folder afterwards")
+    if asked["--rung"] and (asked["--within"] or asked["--budget"]):
+        raise InputError("--rung takes one rung as it is: --within and --budget do not go with it")
+    within, budget = choose.asked_for(asked["--within"], asked["--budget"])
+    start_taichi(how.pop("backend"), how.pop("threads"))
+    loaded, ask, ladder = choose.opened(scene, settings, *(asked[name] for name in (
+        "--question", "--at", "--obstacle", "--path", "--rung")))
+    folder = output or Path("runs") / f"{loaded.name}_{ask.question.name}"
+    overwriting.guard_in(folder, ["answer.json"])
+
+    def one(changed, where):
+        _check_folder(where, how["overwrite"], False)
+        return simulate(changed, where, False, **{**how, "quiet": how["quiet"] or as_json})
+
+    choose.answer(loaded, ask, ladder, folder, one, within, budget, asked["--rung"], how["quiet"], as_json)
 
 
 def _check_maps(scene):
@@ -200,11 +241,16 @@ def along_the_front(scene, fast, accurate, quiet):
     if fast and accurate:
         raise InputError("--fast and --accurate lead opposite ways: choose one")
     from snowmpm.advice.along_front import faster, more_accurate
+    from snowmpm.methods import METHODS
 
-    change = faster(scene) if fast else more_accurate(scene)
-    for line in () if quiet else change.lines:
+    able = METHODS[scene.solver.method].capabilities.presets
+    change = (faster(scene) if fast else more_accurate(scene)) if able or accurate else None
+    overrides, lines = (change.overrides, change.lines) if change else ({}, ())
+    if fast and not overrides and (model := choose.faster_model(scene)):
+        overrides, lines = model["changes"], model["lines"]
+    for line in () if quiet else lines:
         print(line, file=sys.stderr)
-    return change.overrides
+    return overrides
 
 
 def start_taichi(backend, threads):

@@ -17,6 +17,7 @@ STUDIES = {
     "scaling": "snowmpm.study.scaling",
     "presets": "snowmpm.study.presets",
     "stability": "snowmpm.study.stability",
+    "models": "snowmpm.ladder.study",
 }
 """Module of each study."""
 

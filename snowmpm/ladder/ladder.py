@@ -1,0 +1,178 @@
+"""The ladder of a scene: every rung that it can stand on, with its cost and its expected error, and the choice."""
+
+from dataclasses import dataclass
+
+from snowmpm import memory
+from snowmpm.advice.facts import SceneFacts
+from snowmpm.advice.refinement import refined
+from snowmpm.errors import InputError
+from snowmpm.ladder import flows, rest, saw_tests
+from snowmpm.ladder.questions import FLOW, RELEASE, REST, SAW, STRENGTH
+from snowmpm.ladder.rung import Rung
+from snowmpm.measured import models
+from snowmpm.measured.models import Expected
+from snowmpm.scenes.loader import with_overrides
+from snowmpm.scenes.stop import ends_at_rest
+from snowmpm.setup.build import build
+from snowmpm.setup.refusals import refuse_beyond
+from snowmpm.strength.reduction import PERIODS
+from snowmpm.study.presets import FASTER
+
+RUNGS = {FLOW: flows.rungs, SAW: saw_tests.rungs, STRENGTH: rest.strength_rungs, REST: rest.rest_rungs,
+         RELEASE: rest.release_rungs}
+"""By group of questions: (facts, ask) -> `Rung`s."""
+LESS = 0.9
+"""Share of the time that counts as less."""
+LONGEST = 10.0 * 86400.0
+"""Processor time beyond which a rung is left out [s]."""
+WITHOUT_RUN = 4.0
+"""Processor time of a model without a run that was never measured [s]: imports, terrain."""
+TRIALS = 8
+"""Runs of a search for a factor of safety, about."""
+MOST_BUILT = 100_000
+"""Particles of a rung that is built for its forecast; the cost of a finer one follows from that of the one before."""
+
+
+
+@dataclass(frozen=True)
+class Step:
+    """A rung of the ladder of one scene. seconds: processor time of the whole command; memory [bytes], None of a model
+    without a run; expected: `Expected` error, None where it was measured in too few problems; changes: of the scene."""
+
+    rung: Rung
+    seconds: float
+    memory: float | None
+    expected: Expected | None
+
+    @property
+    def name(self):
+        """Of its rung."""
+        return self.rung.name
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """steps: `Step`s, cheap to dear; refused: {rung: why the scene cannot stand on it}; own: name of the rung that the
+    scene itself stands on, or is nearest to."""
+
+    steps: list[Step]
+    refused: dict[str, str]
+    own: str
+
+    def step(self, name):
+        """The `Step` of this name. Raises InputError."""
+        found = next((one for one in self.steps if one.name == name), None)
+        if found is None:
+            why = self.refused.get(name)
+            names = ", ".join([*(one.name for one in self.steps), *self.refused])
+            raise InputError(f"--rung {name}: {why}" if why else f"--rung {name}: must be one of {names}")
+        return found
+
+
+def ladder_of(scene, ask, only=None, facts=None):
+    """`Ladder` of a scene and a question. only: name of the single rung that is wanted; facts: `SceneFacts` of the
+    scene, from which the costs of finer grids are then scaled rather than built. Raises InputError as `build` does."""
+    scaled = facts is not None
+    facts = facts or _facts(scene)
+    steps, refused, before = [], {}, {scene.solver.method: facts} if scaled else {}
+    for rung in RUNGS[ask.question.group](facts, ask):
+        if only and rung.name != only:
+            refused.setdefault(rung.name, "")
+            continue
+        expected = None if rung.unlike else models.expected_of(models.rows_of(ask.question.name, rung.name))
+        if rung.changes is None:
+            steps.append(Step(rung, models.seconds_of(rung.name) or WITHOUT_RUN, None, expected))
+            continue
+        method = rung.name.partition(",")[0]
+        try:
+            changed = with_overrides(scene, rung.changes)
+            refuse_beyond(changed)
+            near = before.get(method)
+            finer = near.dx / changed.solver.dx if near else 0.0
+            if finer > 1.0 and (scaled or near.budget.n * finer**near.dim > MOST_BUILT) and not rung.trials:
+                seconds, size = refined(near, changed.solver.dx)
+            else:
+                seconds, size, built = _cost(changed, rung, _end(before, facts))
+                before = {method: built} | before if scaled else before | {method: built}
+        except InputError as error:
+            refused[rung.name] = str(error).splitlines()[0].removeprefix(f"{scene.source}: ")
+            continue
+        if size > memory.available():
+            refused[rung.name] = "needs more memory than there is"
+        elif seconds > LONGEST:
+            refused[rung.name] = f"takes more than {LONGEST / 86400.0:g} days"
+        else:
+            steps.append(Step(rung, seconds, size, expected))
+    return Ladder(sorted(steps, key=lambda step: step.seconds), refused, _own(facts, ask))
+
+
+def _end(before, own):
+    """When the flow is expected to rest [s], by a method that foretells it: that of the scene, or a rung's. None where
+    none does, or the scene does not end at rest."""
+    known = [facts for facts in (own, *before.values()) if facts.forecast.course is not None]
+    return known[0].forecast.end if known and ends_at_rest(own.scene) else None
+
+
+def _own(facts, ask):
+    if ask.question.group == SAW:
+        return saw_tests.own_name(facts)
+    if ask.question.group == FLOW:
+        return flows.own_name(facts)
+    return rest.own_name(facts, ask.question.group == STRENGTH)
+
+
+def _cost(scene, rung, end):
+    """(seconds, bytes, facts) of a scene, which is built. end [s]: when the run is expected to end, None: at its
+    end_time."""
+    if rung.trials:
+        facts = _facts(with_overrides(scene, {"end_time": _trial(scene)}))
+        seconds, size = refined(facts, facts.dx)
+        return facts.budget.start + TRIALS * (seconds - facts.budget.start), size, facts
+    facts = _facts(scene, end)
+    return *refined(facts, facts.dx), facts
+
+
+def _facts(scene, end=None):
+    model = build(scene)
+    return SceneFacts(scene, model, model.solver(), until=end)
+
+
+def _trial(scene):
+    """Time of a trial of the strength [s]."""
+    model = build(scene)
+    gravity = max(SceneFacts(scene, model, None).gravity, 1e-9)
+    return PERIODS * (model.depth / gravity) ** 0.5
+
+
+def choose(steps, within=None, budget=None):
+    """(`Step`, reason in words) of the cheapest rung whose expected error is `within` [-], of those that take at most
+    `budget` [s]; without `within` the one of least expected error. None where no rung has an expected error or is
+    affordable."""
+    known = [step for step in steps if step.expected]
+    affordable = [step for step in known if budget is None or step.seconds <= budget]
+    if not affordable:
+        return None, ("no rung was measured in enough problems" if not known else
+                      f"every rung takes more than {budget:g} s")
+    good = [step for step in affordable if within is not None and step.expected.error <= within]
+    if good:
+        return min(good, key=lambda step: step.seconds), "the cheapest that is within"
+    best = min(affordable, key=lambda step: (step.expected.error, step.seconds))
+    return best, "the least error" + ("" if within is None else f": none is within {within:.0%}")
+
+
+def faster(steps, seconds):
+    """The `Step` of least expected error that runs the scene in a third of these `seconds`, or at least in less; None
+    where there is none with a measured error."""
+    able = [step for step in steps if step.rung.changes is not None and not step.rung.trials
+            and step.expected and step.expected.tells]
+    for most in (seconds / FASTER, LESS * seconds):
+        if quick := [step for step in able if step.seconds <= most]:
+            return min(quick, key=lambda step: (step.expected.error, step.seconds))
+    return None
+
+
+def next_up(steps, chosen):
+    """The cheapest `Step` beyond `chosen` with less expected error; None where there is none."""
+    finer = [step for step in steps if step.expected and step.seconds > chosen.seconds
+             and step.expected.error < chosen.expected.error]
+    return min(finer, key=lambda step: step.seconds, default=None)

@@ -1,0 +1,60 @@
+"""Rungs for what is at rest or fails: slope stability, settlement, release."""
+
+from snowmpm.ladder.rung import CELLS, Rung, in_cells, nearest_cells, spacing
+from snowmpm.ladder.saw_tests import INTERFACE
+from snowmpm.strength.record import slices_of
+
+SLICES, REDUCED, IMPLICIT, EXPLICIT = "slices", "reduction", "implicit", "mpm"
+STRENGTH_CELLS = (5, 10, 20, 40)
+"""Cells over the height of a slope."""
+BLIND = {
+    SLICES: "strain and stress: circles through soil of one kind (Bishop)",
+    REDUCED: "what is smaller than a cell; a surface of failure is a cell wide",
+    IMPLICIT: "swings and waves: balances of forces, one after the other",
+    INTERFACE: "stress and waves within the weak layer, what is smaller than a cell",
+    EXPLICIT: "what is smaller than a cell; it swings before it rests",
+}
+
+
+def strength_rungs(facts, ask):
+    """`Rung`s for the factor of safety of a slope."""
+    scene = facts.scene
+
+    def slices():
+        found = slices_of(scene, facts.gravity)
+        return {"factor-of-safety": found[0].factor} if found else {}
+
+    yield Rung(SLICES, BLIND[SLICES], answers=slices)
+    for cells in STRENGTH_CELLS:
+        yield Rung(in_cells(REDUCED, cells), BLIND[REDUCED], {"solver.dx": spacing(facts.model.depth, cells)},
+                   trials=True)
+
+
+def rest_rungs(facts, ask):
+    """`Rung`s for settlement: solved balances, and explicit steps, on several grids."""
+    scene, depth = facts.scene, facts.model.depth
+    for method, solver in ((IMPLICIT, {"precision": "f64", "implicit": {"time": "quasi_static"}}), (EXPLICIT, {})):
+        for cells in CELLS[2:]:
+            dx = spacing(depth, cells)
+            own = {"solver.dx": dx} if scene.solver.method == method else {
+                "solver": {"method": method, "dx": dx, **solver}}
+            yield Rung(in_cells(method, cells), BLIND[method], own)
+
+
+def release_rungs(facts, ask):
+    """`Rung`s for whether a slab releases: the scene on several grids."""
+    kind = _kind(facts.scene)
+    for cells in CELLS[2:]:
+        yield Rung(in_cells(kind, cells), BLIND[kind], {"solver.dx": spacing(facts.model.depth, cells)})
+
+
+def _kind(scene):
+    """Whether the weak layer of a scene is an interface."""
+    return INTERFACE if any(body.get("interface") for body in scene.bodies) else scene.solver.method
+
+
+def own_name(facts, trials=False):
+    """Name of the rung that a scene stands on, or is nearest to."""
+    if trials:
+        return in_cells(REDUCED, nearest_cells(facts.model.depth, facts.dx, STRENGTH_CELLS))
+    return in_cells(_kind(facts.scene), nearest_cells(facts.model.depth, facts.dx))
