@@ -28,8 +28,8 @@ BLIND = {
 def rungs(facts, ask):
     """`Rung`s of a saw test, from theories to the finest grid. facts: `SceneFacts`."""
     scene = facts.scene
-    yield Rung(ENERGY, BLIND[ENERGY], answers=lambda: _by_theory(scene, "critical_length_energy"))
-    yield Rung(STRENGTH, BLIND[STRENGTH], answers=lambda: _by_theory(scene, "critical_length_strength"))
+    yield Rung(ENERGY, BLIND[ENERGY], answers=lambda: _by_energy(scene))
+    yield Rung(STRENGTH, BLIND[STRENGTH], answers=lambda: _by_strength(scene))
     yield Rung(BEAM, BLIND[BEAM], answers=lambda: _by_weac(scene))
     slab = sum(layer.thickness for layer in scene.saw_test.slab)
     flat = FLAT if scene.dimension == 3 else ""
@@ -67,10 +67,15 @@ def _flat(scene):
     return {"dimension": 2, "saw_test.width": None} if scene.dimension == 3 else {}
 
 
-def _by_theory(scene, name):
+def _by_energy(scene):
     found = predictions(scene)
-    return {key: value for key, value in (("critical-length", found[name]), ("crack-speed", _speed(scene, found)))
-            if value}
+    values = {"critical-length": found["critical_length_energy"], "crack-speed": _speed(scene, found)}
+    return {name: value for name, value in values.items() if value}
+
+
+def _by_strength(scene):
+    length = predictions(scene)["critical_length_strength"]
+    return {"critical-length": length} if length else {}
 
 
 def _speed(scene, found):

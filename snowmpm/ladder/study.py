@@ -166,7 +166,7 @@ def page_of(question, rows):
         star = "**" if expected.error < best else ""
         best = min(best, expected.error)
         lines.append(f"| {star}{rung}{star} | {typical[rung]:.0f} | {expected.words} | {expected.n} |")
-    rest = [f"\nErrors of 100 % and more, or wrong in a third of cases and more: {'; '.join(off)}."] if off else []
+    rest = [f"\nMay be off by a factor of two and more, or wrong in a third of cases: {'; '.join(off)}."] if off else []
     return "\n".join([f"| {QUESTIONS[question].label} | seconds | error | problems |", "|---|---|---|---|", *lines,
                       *rest])
 

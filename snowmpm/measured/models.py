@@ -24,8 +24,8 @@ SHARE = 0.9
 """Of answers that lie within the interval."""
 TENFOLD = 10.0
 """Relative error from which on only its order is told."""
-LIKELY, TWICE = 1.0 / 3.0, 1.0
-"""Chance to be wrong, and relative error, from which on an answer is not worth its time."""
+LIKELY, HALF, TWICE = 1.0 / 3.0, -0.5, 1.0
+"""Chance to be wrong, and relative errors, from which on an answer is not worth its time."""
 LEAST = 3
 """Problems from which an error is known."""
 MISSED = 0.01
@@ -73,7 +73,7 @@ class Expected:
     @property
     def tells(self):
         """Whether an answer with this error is worth its time."""
-        return self.error < (LIKELY if self.yes_no else TWICE)
+        return self.error < LIKELY if self.yes_no else self.low > HALF and self.high < TWICE
 
     @property
     def words(self):

@@ -60,7 +60,7 @@ def step(name, seconds, error):
     return Step(Rung(name, "", {}), seconds, 1e6, expected)
 
 
-STEPS = [step("rough", 1.0, 0.5), step("fair", 5.0, 0.12), step("unknown", 6.0, None), step("good", 30.0, 0.06),
+STEPS = [step("rough", 1.0, 0.45), step("fair", 5.0, 0.12), step("unknown", 6.0, None), step("good", 30.0, 0.06),
          step("best", 400.0, 0.03)]
 
 
