@@ -21,6 +21,8 @@ from snowmpm.study.presets import FASTER
 RUNGS = {FLOW: flows.rungs, SAW: saw_tests.rungs, STRENGTH: rest.strength_rungs, REST: rest.rest_rungs,
          RELEASE: rest.release_rungs}
 """By group of questions: (facts, ask) -> `Rung`s."""
+NEAR = 1.25
+"""Ratio to the least expected error up to which another counts as about the same."""
 LESS = 0.9
 """Share of the time that counts as less."""
 LONGEST = 10.0 * 86400.0
@@ -118,7 +120,7 @@ def _own(facts, ask):
         return saw_tests.own_name(facts)
     if ask.question.group == FLOW:
         return flows.own_name(facts)
-    return rest.own_name(facts, ask.question.group == STRENGTH)
+    return rest.own_name(facts, ask.question.group)
 
 
 def _cost(scene, rung, end):
@@ -146,8 +148,8 @@ def _trial(scene):
 
 def choose(steps, within=None, budget=None):
     """(`Step`, reason in words) of the cheapest rung whose expected error is `within` [-], of those that take at most
-    `budget` [s]; without `within` the one of least expected error. None where no rung has an expected error or is
-    affordable."""
+    `budget` [s]; without `within`, and where none is within, the cheapest that has about the least expected error. None
+    where no rung has an expected error or is affordable."""
     known = [step for step in steps if step.expected]
     affordable = [step for step in known if budget is None or step.seconds <= budget]
     if not affordable:
@@ -156,8 +158,9 @@ def choose(steps, within=None, budget=None):
     good = [step for step in affordable if within is not None and step.expected.error <= within]
     if good:
         return min(good, key=lambda step: step.seconds), "the cheapest that is within"
-    best = min(affordable, key=lambda step: (step.expected.error, step.seconds))
-    return best, "the least error" + ("" if within is None else f": none is within {within:.0%}")
+    least = NEAR * min(step.expected.error for step in affordable)
+    best = min((step for step in affordable if step.expected.error <= least), key=lambda step: step.seconds)
+    return best, "as good as any" + ("" if within is None else f": none is within {within:.0%}")
 
 
 def faster(steps, seconds):

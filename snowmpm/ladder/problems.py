@@ -82,14 +82,14 @@ PROBLEMS = {one.name: one for one in (
             {"materials.soil.friction_angle": 25.0, "materials.soil.cohesion": 8.0e3}),
     Problem("gentle slope", "slope_failure", {"factor-of-safety": None}, "reduction, 40 cells",
             {"bodies.0.shape.points": [[0.0, 0.0], [24.0, 0.0], [24.0, 9.0], [17.0, 9.0], [8.0, 3.0], [0.0, 3.0]]}),
-    Problem("skier on a slab", "skier_trigger", yes("the scene"), "mpm, 16 cells"),
-    Problem("a fifth of a skier", "skier_trigger", no("the scene"), "mpm, 16 cells",
+    Problem("skier on a slab", "skier_trigger", yes("the scene"), "mpm, 1 x its dx"),
+    Problem("a fifth of a skier", "skier_trigger", no("the scene"), "mpm, 1 x its dx",
             {"events.0.force": [0.0, -157.0]}),
-    Problem("new snow", "natural_release", yes("the scene"), "mpm, 16 cells"),
-    Problem("half of the new snow", "natural_release", {"release": None}, "mpm, 16 cells",
+    Problem("new snow", "natural_release", yes("the scene"), "mpm, 1 x its dx"),
+    Problem("half of the new snow", "natural_release", {"release": None}, "mpm, 1 x its dx",
             {"events.0.force": [0.0, -4280.0]}),
-    Problem("whumpf", "whumpf_2d", no("the scene"), "mpm, 16 cells"),
-    Problem("remote trigger", "remote_trigger_2d", yes("the scene"), "mpm, 16 cells"),
+    Problem("whumpf", "whumpf_2d", no("the scene"), "mpm, 1 x its dx"),
+    Problem("remote trigger", "remote_trigger_2d", yes("the scene"), "mpm, 1 x its dx"),
 )}
 """By name, those that run from what ships."""
 

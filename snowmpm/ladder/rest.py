@@ -1,10 +1,13 @@
 """Rungs for what is at rest or fails: slope stability, settlement, release."""
 
+from snowmpm.ladder.questions import RELEASE, STRENGTH
 from snowmpm.ladder.rung import CELLS, Rung, in_cells, nearest_cells, spacing
 from snowmpm.ladder.saw_tests import INTERFACE
 from snowmpm.strength.record import slices_of
 
 SLICES, REDUCED, IMPLICIT, EXPLICIT = "slices", "reduction", "implicit", "mpm"
+TIMES = (4.0, 2.0, 1.0, 0.5)
+"""Spacings of the grid over that of the scene."""
 STRENGTH_CELLS = (5, 10, 20, 40)
 """Cells over the height of a slope."""
 BLIND = {
@@ -42,10 +45,15 @@ def rest_rungs(facts, ask):
 
 
 def release_rungs(facts, ask):
-    """`Rung`s for whether a slab releases: the scene on several grids."""
+    """`Rung`s for whether a slab releases: the scene on grids by their spacing over its own, for which a weak layer was
+    tuned as a rule."""
     kind = _kind(facts.scene)
-    for cells in CELLS[2:]:
-        yield Rung(in_cells(kind, cells), BLIND[kind], {"solver.dx": spacing(facts.model.depth, cells)})
+    for times in TIMES:
+        yield Rung(_times(kind, times), BLIND[kind], {"solver.dx": float(f"{times * facts.dx:.4g}")})
+
+
+def _times(kind, times):
+    return f"{kind}, {times:g} x its dx"
 
 
 def _kind(scene):
@@ -53,8 +61,10 @@ def _kind(scene):
     return INTERFACE if any(body.get("interface") for body in scene.bodies) else scene.solver.method
 
 
-def own_name(facts, trials=False):
-    """Name of the rung that a scene stands on, or is nearest to."""
-    if trials:
+def own_name(facts, group):
+    """Name of the rung that a scene stands on, or is nearest to. group: of the question."""
+    if group == STRENGTH:
         return in_cells(REDUCED, nearest_cells(facts.model.depth, facts.dx, STRENGTH_CELLS))
-    return in_cells(_kind(facts.scene), nearest_cells(facts.model.depth, facts.dx))
+    if group == RELEASE:
+        return _times(_kind(facts.scene), 1.0)
+    return in_cells(facts.scene.solver.method, nearest_cells(facts.model.depth, facts.dx))
