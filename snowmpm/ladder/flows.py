@@ -7,7 +7,7 @@ from snowmpm.methods import METHODS
 from snowmpm.runout.alpha_beta import alpha_beta
 from snowmpm.runout.block import GRAVITY, energy_line
 from snowmpm.runout.ground import ground_of, ignored_parts
-from snowmpm.runout.models import blocks_of, way_of
+from snowmpm.runout.models import block_friction, blocks_of, way_of
 from snowmpm.runout.profile import profile_of
 from snowmpm.runout.routing import USUAL, route
 from snowmpm.scenes.loader import with_overrides
@@ -19,6 +19,8 @@ LEAST_CELLS = 12
 RESOLVED = {"card": "li_cold_dense", "critical_slope": 0.8}
 """Snow of a depth-averaged scene once its depth is resolved: that of the library's avalanche_on_raster."""
 STATISTICS, LINE, BLOCK, ROUTING = "alpha-beta", "energy line", "block", "routing"
+IN_PROFILE = "block in profile"
+"""The same block: but of short slopes with much pressure in the snow, so that its errors are others."""
 DEPTH, MPM, SPH = "depth", "mpm", "sph"
 BLIND = {
     STATISTICS: "this avalanche: it knows the profile of the path alone, and the longest avalanches of other paths",
@@ -112,8 +114,8 @@ def _without_flow(facts, ask):
     def slides():
         over = ground()
         path = profile(over)
-        found = blocks_of(path, over.friction, over.thickness)
-        return along(path, next(iter(found.values()))) if found else {}
+        slide, = blocks_of(path, over.friction, over.thickness).values()
+        return along(path, slide)
 
     def along(path, slide):
         values = _known({"run-out": slide.runout})
@@ -136,6 +138,8 @@ def _without_flow(facts, ask):
 
     ignored = ignored_parts(facts.scene)
     for name, answers in ((STATISTICS, statistics), (LINE, line), (BLOCK, slides), (ROUTING, routed)):
+        if name == BLOCK and block_friction(facts.model.friction.law) is None:
+            continue
         blind = f"{BLIND[name]}; of this scene {', '.join(ignored)}" if ignored else BLIND[name]
         yield Rung(name, blind, answers=answers, unlike=bool(ignored))
 
@@ -165,10 +169,7 @@ def _block_in_profile(facts, ask):
         first, end = (x.min(), ground.max()) if heights[0] > heights[1] else (x.max(), ground.min())
         line = [[first, 0.0], [first + (1.0 - 1e-6) * (end - first), 0.0]]
         profile = profile_of(line, lambda plan: surface.height(plan[:, :1]), scene.source, spacing=facts.dx)
-        slides = blocks_of(profile, facts.model.friction.law, facts.model.depth)
-        if not slides:
-            return {}
-        slide = next(iter(slides.values()))
+        slide, = blocks_of(profile, facts.model.friction.law, facts.model.depth).values()
         values = _known({"run-out": slide.runout})
         chosen = [one for one in facts.model.obstacles if ask.obstacle in (None, one.name)]
         if chosen:
@@ -177,4 +178,5 @@ def _block_in_profile(facts, ask):
             values["load"] = _density(facts) * speed**2 * facts.model.depth
         return values
 
-    yield Rung(BLOCK, BLIND[BLOCK], answers=answers)
+    if block_friction(facts.model.friction.law) is not None:
+        yield Rung(IN_PROFILE, BLIND[BLOCK], answers=answers)

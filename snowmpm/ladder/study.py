@@ -111,13 +111,13 @@ def _rows(problem, found):
     """`Row`s of the answers of a problem. found: {rung: (answers, seconds, step)}."""
     for name, known in problem.questions.items():
         answers = {rung: values.get(name) for rung, (values, _, _) in found.items()}
-        if isinstance(known, Known):
-            reference, unsure = known.value, known.unsure
-        else:
-            reference, unsure = _finest(problem, answers)
-            unsure = unsure if known is None else known
+        reference = known.value if isinstance(known, Known) else answers.get(problem.finest)
         if reference is None or (reference <= 0.0 and not QUESTIONS[name].yes_no):
             continue
+        if isinstance(known, Known):
+            unsure = known.unsure
+        else:
+            unsure = known or (0.0 if QUESTIONS[name].yes_no else _unsure(problem, answers))
         for rung, value in answers.items():
             if value is not None:
                 _, seconds, step = found[rung]
@@ -125,16 +125,16 @@ def _rows(problem, found):
                           QUESTIONS[name].yes_no)
 
 
-def _finest(problem, answers):
-    """(answer of the finest rung, how far the next coarser one of its kind is off, as a share); (None, 0) without."""
-    last = answers.get(problem.finest)
-    kind, _, cells = problem.finest.rpartition(", ")
+def _unsure(problem, answers):
+    """To what share the answer of the finest rung is known: by how much the next coarser one of its kind differs.
+    Raises InputError where there is none: the problem must say it."""
+    last, (kind, _, cells) = answers.get(problem.finest), problem.finest.rpartition(", ")
     coarser = [(float(rung.rpartition(", ")[2].split()[0]), value) for rung, value in answers.items()
-               if rung.rpartition(", ")[0] == kind and rung != problem.finest and value]
-    if last is None or not coarser:
-        return last, 0.0
-    before = max(one for one in coarser if one[0] < float(cells.split()[0]))[1]
-    return last, abs(before / last - 1.0) if last else 0.0
+               if value and rung.rpartition(", ")[0] == kind]
+    before = [one for one in coarser if one[0] < float(cells.split()[0])]
+    if not last or not before:
+        raise InputError(f"{problem.name}: no rung below {problem.finest} tells to what its answer is known")
+    return abs(max(before)[1] / last - 1.0)
 
 
 def report(rows, folder):

@@ -136,12 +136,20 @@ def on_ground(ground, line):
 
 def blocks_of(profile, law, thickness):
     """{name: `Slide`} of a block with the friction of the ground, where that is Coulomb's or Voellmy's; else {}."""
+    numbers = block_friction(law)
+    if numbers is None:
+        return {}
+    name = f"block, {'Coulomb' if len(numbers) == 1 else 'Voellmy'} {', '.join(f'{one:g}' for one in numbers)}"
+    return {name: block(profile, *numbers, *([thickness] if len(numbers) > 1 else []))}
+
+
+def block_friction(law):
+    """(mu,) of Coulomb's friction, (mu, xi [m/s2]) of Voellmy's, in numbers; None of another."""
     if isinstance(law, Coulomb) and not law.rasters:
-        return {f"block, Coulomb {law.mu:g}": block(profile, law.mu)}
+        return (law.mu,)
     if isinstance(law, Voellmy) and not law.rasters and not law.tau0 and not law.cohesion:
-        xi = law.xi if law.xi is not None else GRAVITY / law.k
-        return {f"block, Voellmy {law.mu:g}, {xi:g}": block(profile, law.mu, xi, thickness)}
-    return {}
+        return law.mu, law.xi if law.xi is not None else GRAVITY / law.k
+    return None
 
 
 def _reach(profile, model, s, angle=None, speed=None):
