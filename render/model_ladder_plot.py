@@ -10,7 +10,7 @@ from snowmpm.render.figure import check_ending, save
 INK, FRONT, QUIET = "#11161c", "#f2c14e", "#8a949e"
 MOST = 20.0
 """Relative error up to which is drawn."""
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7a5c2e", "#c2185b")
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7a5c2e", "#c2185b", "#11161c", "#999933")
 
 
 @dataclass(frozen=True)

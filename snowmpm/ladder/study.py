@@ -144,12 +144,12 @@ def report(rows, folder):
     asked = [name for name in QUESTIONS if any(row.question == name for row in rows)]
     return [*(chart(name, [row for row in rows if row.question == name], Path(folder) / f"models_{name}.png")
               for name in asked),
-            write_text(Path(folder) / "models.md", "\n\n".join(page_of(name, rows) for name in asked) + "\n")]
+            write_text(Path(folder) / "models.md", "\n\n".join(filter(None, (page_of(name, rows) for name in asked))))]
 
 
 def page_of(question, rows):
     """Markdown table of what each rung was measured to miss of the answer to a question, cheap to dear; those that
-    nothing beats are bold, and those that tell nothing are named below it."""
+    nothing beats are bold, and those that tell nothing are named below it. Empty where none is known."""
     groups = {}
     for row in rows:
         if row.question == question:
@@ -166,6 +166,8 @@ def page_of(question, rows):
         star = "**" if expected.error < best else ""
         best = min(best, expected.error)
         lines.append(f"| {star}{rung}{star} | {typical[rung]:.0f} | {expected.words} | {expected.n} |")
+    if not lines and not off:
+        return ""
     rest = [f"\nMay be off by a factor of two and more, or wrong in a third of cases: {'; '.join(off)}."] if off else []
     return "\n".join([f"| {QUESTIONS[question].label} | seconds | error | problems |", "|---|---|---|---|", *lines,
                       *rest])

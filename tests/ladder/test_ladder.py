@@ -1,0 +1,186 @@
+"""The ladder of a scene: its rungs run, its questions are checked, its commands answer."""
+
+import json
+
+import numpy as np
+import pytest
+
+from snowmpm.cli.choose import NAMES, place_of, seconds_of, share_of
+from snowmpm.errors import InputError
+from snowmpm.ladder.answers import FROM_RUN
+from snowmpm.ladder.ladder import ladder_of
+from snowmpm.ladder.problems import PROBLEMS, Known
+from snowmpm.ladder.questions import QUESTIONS, Ask, usual_question
+from snowmpm.measured import models
+from snowmpm.scenes import load_scene
+from snowmpm.scenes.library import library
+
+MOVING = ("block_wall_2d", "boulders_2d", "elastic_beam", "fence_2d", "flexible_wall_2d", "mast")
+"""Scenes of the library in which bodies or structures move, or something swings: asked nothing by default."""
+
+
+@pytest.fixture(scope="module")
+def saw():
+    scene = load_scene("pst_2d")
+    return ladder_of(scene, Ask.of(scene, "critical-length"))
+
+
+def test_the_command_names_every_question():
+    assert set(NAMES) == set(QUESTIONS) and set(FROM_RUN) == set(QUESTIONS) - {"factor-of-safety"}
+
+
+def test_a_saw_test_has_theories_interfaces_and_resolved_layers(saw):
+    kinds = {step.name.partition(",")[0] for step in saw.steps}
+    assert kinds == {"energy on a rigid layer", "shear strength", "WEAC", "interface", "resolved"}
+    assert saw.own == "resolved, 20 cells"
+    assert [step.seconds for step in saw.steps] == sorted(step.seconds for step in saw.steps)
+
+
+def test_finer_grids_cost_more(saw):
+    for kind in ("interface", "resolved"):
+        own = [step for step in saw.steps if step.name.startswith(kind)]
+        cells = [float(step.name.split()[1]) for step in own]
+        assert cells == sorted(cells) and own[-1].seconds > 1.5 * own[0].seconds
+
+
+def test_what_check_scales_is_near_what_choose_builds():
+    from snowmpm.advice.facts import SceneFacts
+    from snowmpm.setup.build import build
+
+    scene = load_scene("impact_wall_2d")
+    ask, model = Ask.of(scene, "load"), build(scene)
+    built, scaled = ladder_of(scene, ask), ladder_of(scene, ask, facts=SceneFacts(scene, model, model.solver()))
+    seconds = {step.name: step.seconds for step in built.steps}
+    for step in scaled.steps:
+        if step.name.startswith("mpm"):
+            assert step.seconds == pytest.approx(seconds[step.name], rel=0.35), step.name
+
+
+def test_a_theory_answers_without_a_run(saw):
+    answers = saw.step("WEAC").rung.answers()
+    assert answers["critical-length"] == pytest.approx(0.145, abs=0.002)
+
+
+def test_an_unknown_rung_is_refused_with_those_that_there_are(saw):
+    with pytest.raises(InputError, match=r"must be one of .*WEAC"):
+        saw.step("nonsense")
+
+
+@pytest.mark.parametrize(("scene", "name", "message"), [
+    ("pst_2d", "run-out", "a saw test answers critical-length and crack-speed"),
+    ("flow_cold_dense", "critical-length", "needs a scene with"),
+    ("flow_cold_dense", "affected-area", "three dimensions"),
+    ("flow_cold_dense", "load", "needs an obstacle"),
+    ("avalanche_depth_averaged", "release", "flows from the start"),
+    ("avalanche_depth_averaged", "peak-pressure", "--at X,Y go together"),
+    ("avalanche_depth_averaged", "nonsense", r"must be one of|expected one of|unknown"),
+])
+def test_a_question_that_a_scene_cannot_answer_is_refused(scene, name, message):
+    with pytest.raises(InputError, match=message):
+        Ask.of(load_scene(scene), name)
+
+
+def test_every_scene_of_the_library_is_asked_something_that_it_answers():
+    for name in library():
+        scene = load_scene(name)
+        if (asked := usual_question(scene)) is not None:
+            Ask.of(scene, asked)
+        else:
+            assert not np.any(scene.gravity_vector) or name in MOVING
+
+
+@pytest.mark.parametrize(("text", "share"), [("10%", 0.1), ("10 %", 0.1), ("0.05", 0.05), ("150%", 1.5)])
+def test_shares(text, share):
+    assert share_of(text) == pytest.approx(share)
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("60", 60.0), ("90s", 90.0), ("5min", 300.0), ("1.5h", 5400.0)])
+def test_times(text, seconds):
+    assert seconds_of(text) == seconds
+
+
+@pytest.mark.parametrize("convert", [share_of, seconds_of, place_of])
+@pytest.mark.parametrize("text", ["", "x", "-1", "nan", "inf", "0", "1,2,3", "1e999"])
+def test_no_shares_times_and_places(convert, text):
+    with pytest.raises(InputError):
+        convert(text)
+
+
+def test_choose_prints_the_ladder_and_a_command_that_runs(call):
+    code, out, err = call("choose", "pst_2d", "--within", "50%")
+    assert code == 0, err
+    assert "WEAC" in out and "cannot see" in out
+    assert "take: " in out and "next: snowmpm run pst_2d --question critical-length --within 50%" in out
+
+
+def test_choose_as_json(call):
+    code, out, err = call("choose", "pst_2d", "--question", "critical-length", "--within", "50%", "--json")
+    assert code == 0, err
+    record = json.loads(out)
+    assert record["chosen"] in {one["rung"] for one in record["rungs"]} and record["unit"] == "m"
+
+
+def test_a_rung_runs_and_its_answer_is_written(call, tmp_path):
+    code, _, err = call("run", "pst_2d", "--rung", "interface, 2 cells", "-o", "out")
+    assert code == 0, err
+    record = json.loads((tmp_path / "out" / "answer.json").read_text())
+    assert record["question"] == "critical-length" and record["agreed"] is None
+    assert record["rungs"][0]["run"] == "interface_2_cells"
+    assert (tmp_path / "out" / "interface_2_cells" / "run.vtkhdf").exists()
+    known = {row.rung: row for row in models.shipped() if row.problem == "saw test on the flat"
+             and row.question == "critical-length"}
+    assert record["rungs"][0]["value"] == pytest.approx(known["interface, 2 cells"].value, rel=0.02)
+
+
+def test_an_answer_is_confirmed_by_the_next_rung(call, tmp_path):
+    code, _, err = call("run", "slope_failure", "--question", "factor-of-safety", "--budget", "12s", "-o", "out")
+    assert code == 0, err
+    record = json.loads((tmp_path / "out" / "answer.json").read_text())
+    assert 0.6 < record["rungs"][0]["value"] < 1.2 and record["rungs"][0]["expected_error"]["n"] >= 3
+
+
+def test_new_writes_the_scene_of_the_choice(call, tmp_path):
+    code, out, err = call("new", "mine", "--like", "avalanche_on_raster", "--question", "run-out", "--within", "40%")
+    assert code == 0, err
+    assert "depth, " in out and "error -" in out
+    text = (tmp_path / "mine.toml").read_text()
+    assert text.startswith("# ") and str(tmp_path) not in text
+    scene = load_scene(tmp_path / "mine.toml")
+    assert scene.solver.method == "depth" and scene.terrain.file == "valley.asc"
+    code, out, err = call("check", "mine.toml")
+    assert code == 0 and "asked for run-out: as it is, depth" in out, err
+
+
+def test_new_keeps_the_comments_where_only_the_grid_changes(call, tmp_path):
+    code, _, err = call("new", "mine", "--like", "pst_2d", "--question", "critical-length", "--within", "60%")
+    assert code == 0, err
+    text = (tmp_path / "mine.toml").read_text()
+    assert "# m/s; a hand draws 0.1 m/s" in text
+    for words in (["--within", "9%"], ["--question", "run-out", "--like", "pst_2d"]):
+        assert call("new", "other", *words)[0] == 2 and not (tmp_path / "other.toml").exists()
+
+
+@pytest.mark.parametrize("words", [
+    ["--within", "10%"], ["--at", "1,2"], ["--rung", "WEAC", "--budget", "9s"],
+    ["--question", "critical-length", "--resume"], ["--question", "nonsense"], ["--rung", "nonsense"]])
+def test_what_does_not_go_together_is_refused_and_nothing_is_written(call, tmp_path, words):
+    code, _, err = call("run", "pst_2d", *words, "-o", "out")
+    assert code == 2 and len(err.strip().splitlines()) <= 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_shipped_table_has_the_problems_of_the_study():
+    shipped = models.shipped()
+    assert len({row.problem for row in shipped}) >= 8
+    assert set(PROBLEMS) <= {row.problem for row in shipped}
+    for row in shipped:
+        assert row.question in QUESTIONS and row.seconds > 0.0 and row.forecast > 0.0
+        assert row.yes_no == QUESTIONS[row.question].yes_no
+
+
+def test_known_answers_stand_in_the_table():
+    for problem in PROBLEMS.values():
+        for name, known in problem.questions.items():
+            rows = [row for row in models.shipped() if row.problem == problem.name and row.question == name]
+            if isinstance(known, Known):
+                assert {row.reference for row in rows} == {known.value}
