@@ -49,7 +49,7 @@ def choose(
     """Find the cheapest model that answers a question about a scene.
 
     Prints the ladder of this scene: each model and grid with its processor time, its memory, the interval in which nine
-    of ten of its answers lie, and what it cannot see. Picks the cheapest that is within the error, 10 % where none is
+    of ten of its answers lie, and what it leaves out. Picks the cheapest that is within the error, 10 % where none is
     given; with --budget the best within the time. Without --question, what the scene is usually asked. `snowmpm run
     SCENE --question ...` runs what is picked; `snowmpm docs models` tells how the errors were measured.
     """
@@ -68,9 +68,10 @@ def choose(
         print(f"  not here: {line}")
     print(f"this scene as it is: {ladder.own}")
     if chosen is None:
-        print(f"no choice: {reason}")
+        words = _command(scene, ask, None, None, at, obstacle, path)
+        print(f"no choice: {reason}; --rung takes one: {words} --rung '{ladder.steps[0].name}'")
         return
-    print(f"take: {chosen.name} ({reason}); it cannot see {chosen.rung.blind}")
+    print(f"take: {chosen.name} ({reason}); it leaves out {chosen.rung.blind}")
     print(f"next: {_command(scene, ask, within, budget, at, obstacle, path)}")
 
 
@@ -86,7 +87,8 @@ def opened(name, settings, question, at, obstacle, path, rung=None):
     loaded = load_scene(name, scene_overrides(settings))
     name = question or usual_question(loaded)
     if name is None:
-        raise InputError(f"{loaded.source}: is usually asked nothing of this list: --question {', '.join(QUESTIONS)}")
+        raise InputError(f"{loaded.source}: give --question NAME, one of {', '.join(QUESTIONS)}: a scene like this is"
+                         " asked none of them as a rule")
     ask = Ask.of(loaded, name, place_of(at), obstacle, _path(path, loaded))
     start_taichi(Backend.cpu, None)
     return loaded, ask, ladder_of(loaded, ask, rung)
@@ -137,7 +139,7 @@ def faster_model(scene, facts=None):
         return None
     return {"changes": dict(step.rung.changes), "seconds": step.seconds, "lines": (
         f"--fast: {step.name}, about {duration(step.seconds)}; {ask.question.label}: {_error(step.expected)}",
-        f"it cannot see {step.rung.blind}")}
+        f"it leaves out {step.rung.blind}")}
 
 
 def _error(expected):
@@ -156,7 +158,7 @@ def share_of(text):
     except ValueError:
         share = math.nan
     if not 0.0 < share < 10.0:
-        raise InputError.at("--within", text, "must be a share above 0, such as 10% or 0.1")
+        raise InputError.at("--within", text, "must be a share from 0 to 10 (1000 %), such as 20% or 0.2")
     return share
 
 
@@ -223,7 +225,7 @@ def table_of(ladder, chosen=None):
                f"  {row[5]:>{widths[5]}}").rstrip()
     blind = {step.name.partition(", ")[0]: step.rung.blind for step in ladder.steps}
     for kind, what in blind.items():
-        yield f"  {kind} cannot see {what}"
+        yield f"  {kind} leaves out {what}"
 
 
 def _memory(size):
@@ -240,10 +242,10 @@ def _refused(ladder):
         yield f"{method}{', ' if cells[0] else ''}{cells[0]}{f' to {cells[-1]}' if len(cells) > 1 else ''}: {why}"
 
 
-def rewritten(text, load, question, within):
-    """(text of a scene on the rung that answers a question within an error, a line about it), with the comments where
-    only values change. text: as it is; load: text -> `Scene`, its file in the folder of the new one. Raises InputError
-    where no rung has a measured error."""
+def rewritten(text, load, question, within, budget=None):
+    """(text of a scene on the rung that answers a question within an error or a time, a line about it), with the
+    comments where only values change. text: as it is; load: text -> `Scene`, its file in the folder of the new one.
+    Raises InputError where no rung that is a scene has a measured error."""
     from snowmpm.ladder.ladder import choose as pick
     from snowmpm.ladder.ladder import ladder_of
     from snowmpm.ladder.questions import Ask
@@ -253,7 +255,10 @@ def rewritten(text, load, question, within):
     scene = load(text)
     ladder = ladder_of(scene, Ask.of(scene, question))
     steps = [step for step in ladder.steps if step.rung.changes is not None and not step.rung.trials]
-    chosen, reason = pick(steps, USUAL if within is None else share_of(within), None)
+    if not steps:
+        raise InputError(f"--question {question}: is answered by no single run; `snowmpm run SCENE --question"
+                         f" {question}` makes those that it takes")
+    chosen, reason = pick(steps, *asked_for(within, budget))
     if chosen is None:
         raise InputError(f"--question {question}: {reason}")
     wanted, head = with_overrides(scene, chosen.rung.changes), [one for one in text.split("\n") if one[:1] == "#"]
@@ -291,6 +296,7 @@ def answer(loaded, ask, ladder, folder, simulate, within=None, budget=None, rung
     """Run what is chosen, and what confirms it; print the answers. simulate: (scene, folder) -> `Run`."""
     from snowmpm.ladder import climb
     from snowmpm.ladder.ladder import choose as pick
+    from snowmpm.ladder.ladder import next_up
 
     if rung:
         chosen, reason = ladder.step(rung), "as was asked"
@@ -298,52 +304,58 @@ def answer(loaded, ask, ladder, folder, simulate, within=None, budget=None, rung
         chosen, reason = pick(ladder.steps, within, budget)
     if chosen is None:
         raise InputError(f"--question {ask.question.name}: {reason}; --rung NAME takes one of"
-                         f" {', '.join(step.name for step in ladder.steps)}")
-    told = not quiet and not as_json
+                         f" {'; '.join(step.name for step in ladder.steps)}")
+    told, following = not quiet and not as_json, None if rung else next_up(ladder.steps, chosen)
+    limit = chosen.seconds if rung else max(LONGEST, chosen.seconds) if budget is None else budget
     if told:
-        print(f"{chosen.name} ({reason}), about {duration(chosen.seconds)}")
+        print(f"{chosen.name} ({reason}), about {duration(chosen.seconds)}"
+              + (f"; then {following.name} to confirm it, about {duration(following.seconds)}"
+                 if following and following.seconds <= limit - chosen.seconds else ""))
 
     def say(found):
         if told:
             print(f"{found.step.name}: {in_words(ask, found)}")
 
-    if rung:
-        answers = [climb.stand_on(loaded, ask, chosen, folder, simulate)]
-        say(answers[0])
-    else:
-        limit = max(LONGEST, chosen.seconds) if budget is None else budget
-        answers = climb.climb(loaded, ask, ladder, chosen, folder, simulate, limit, say)
-    agreed = climb.agree(ask, *answers[-2:]) if len(answers) > 1 else None
+    answers = climb.climb(loaded, ask, ladder, chosen, folder, simulate, limit, say)
+    known = [one for one in answers if one.value is not None]
+    agreed = climb.agree(ask, *known[-2:]) if len(known) > 1 else None
     path = climb.write(folder, loaded, ask, answers, agreed)
     if told:
-        print(_verdict(answers, agreed))
         print(path)
+        print(f"{loaded.name}, {in_words(ask, known[-1])}; {_verdict(known, agreed, following, rung)}")
     if as_json:
-        print_json({"question": ask.question.name, "value": answers[-1].value, "unit": ask.question.unit,
-                    "rung": answers[-1].step.name, "agreed": agreed, "answer": str(path)})
+        last = known[-1]
+        print_json({"question": ask.question.name, "value": last.value, "unit": ask.question.unit,
+                    "between": last.between, "wrong": last.step.expected.error if ask.question.yes_no
+                    and last.step.expected else None, "rung": last.step.name, "agreed": agreed, "answer": str(path)})
 
 
 def in_words(ask, found):
     """An answer with the interval in which the truth is expected."""
-    question = ask.question
+    question, expected = ask.question, found.step.expected
     if found.value is None:
         return f"gives no {question.label}" + (f": {found.why}" if found.why else "")
     if question.yes_no:
-        return f"{question.label}: {'yes' if found.value else 'no'}"
+        return f"{question.label}: {'yes' if found.value else 'no'}" + (f", {expected.words}" if expected else "")
     from snowmpm.quantities.quantity import written
 
-    expected, unit = found.step.expected, question.unit
-    said = f"{question.label} {written(found.value, unit)}"
+    said = f"{question.label} {written(found.value, question.unit)}"
     if expected is None:
         return f"{said}, its error was not measured"
-    low, high = (found.value / (1.0 + error) for error in (expected.high, max(expected.low, -0.99)))
-    return f"{said}; between {written(low, unit)} and {written(high, unit)} in nine of ten cases"
+    if found.between is None:
+        return f"{said}: too little to tell an error"
+    low, high = found.between
+    bias = "" if low <= found.value <= high else f" (this model tells too {'little' if found.value < low else 'much'})"
+    low, high = (written(one, question.unit) for one in (low, high))
+    return f"{said}; the truth between {low} and {high} in nine of ten cases{bias}"
 
 
-def _verdict(answers, agreed):
-    if agreed is None:
-        return "not confirmed: the next rung was not run"
+def _verdict(answers, agreed, following, rung):
     if agreed:
         return f"confirmed by {answers[-1].step.name}"
+    if agreed is None:
+        why = ("--rung takes one" if rung else "no rung is as good and dearer" if following is None else
+               f"{following.name} would take {duration(following.seconds)} more")
+        return f"not confirmed: {why}"
     return (f"not confirmed: {answers[-2].step.name} and {answers[-1].step.name} differ by more than was expected, and"
             " no dearer rung is left or affordable")

@@ -60,6 +60,7 @@ def new(
     settings: Settings = None,
     question: choose.Question = None,
     within: choose.Within = None,
+    budget: choose.BudgetOption = None,
     like: Annotated[
         str | None,
         typer.Option(
@@ -82,8 +83,8 @@ def new(
                          " -o says in which folder")
     if like and (ground or release or thickness):
         raise InputError("--like copies a scene as it is: --terrain, --release and --thickness do not go with it")
-    if within and not question:
-        raise InputError("--within: goes with --question NAME")
+    if (within or budget) and not question:
+        raise InputError(f"{'--within' if within else '--budget'}: goes with --question NAME")
     if question and method:
         raise InputError("--question chooses the method: --method does not go with it")
     if (release or thickness or unit or method) and not ground:
@@ -106,7 +107,7 @@ def new(
         told = [str(path) for path in copied]
     elif ground:
         text, told = scene_on_ground(name, file, ground, release, thickness, unit and unit.value,
-                                     method is SceneMethod.depth)
+                                     method is SceneMethod.depth or question is not None)
     else:
         text = starts.start_from("profile", name=name, file=file)
     given = setting_values(settings)
@@ -129,9 +130,10 @@ def new(
                     part.write_bytes(changed.encode())
                     return load_scene(part)
 
-                text, line = choose.rewritten(text, load, question, within)
+                text, line = choose.rewritten(text, load, question, within, budget)
                 load(text)
                 told.append(line)
         except InputError as error:
             raise InputError(str(error).replace(str(part), str(file))) from None
-    print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} --render"]))
+    following = f"--question {question}" if question else "--render"
+    print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} {following}"]))

@@ -91,7 +91,7 @@ def run(
     time and the time left; a browser that has it open shows each new picture by itself. Another process draws it, in
     2 % of the time of one core.
     """
-    if question or rung:
+    if question or rung or within or budget:
         others = {"--resume": resume, "--render": render, "--maps": maps, "--live": live, "--fast": fast,
                   "--accurate": accurate, "--precision": precision}
         _answer(scene, settings, output, {"--question": question, "--within": within, "--budget": budget, "--at": at,
@@ -100,8 +100,8 @@ def run(
                 {"backend": backend, "threads": threads, "overwrite": overwrite, "accept_cost": accept_cost,
                  "quiet": quiet, "lines": lines}, as_json)
         return
-    if given_alone := [name for name, value in {"--within": within, "--budget": budget, "--at": at,
-                                                "--obstacle": obstacle, "--path": path}.items() if value is not None]:
+    if given_alone := [name for name, value in {"--at": at, "--obstacle": obstacle, "--path": path}.items()
+                       if value is not None]:
         raise InputError(f"{given_alone[0]}: goes with --question NAME")
     import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.io.remarks import remarks
@@ -150,6 +150,10 @@ def run(
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
 
 
+ANSWER = "answer.json"
+"""Beside the runs that answer a question."""
+
+
 def _answer(scene, settings, output, asked, others, how, as_json):
     """Answer a question about a scene by the cheapest model that will do. asked: options of the question by name;
     others: names of options that were given and do not go with it; how: of `simulate`, backend and threads."""
@@ -162,7 +166,9 @@ def _answer(scene, settings, output, asked, others, how, as_json):
     loaded, ask, ladder = choose.opened(scene, settings, *(asked[name] for name in (
         "--question", "--at", "--obstacle", "--path", "--rung")))
     folder = output or Path("runs") / f"{loaded.name}_{ask.question.name}"
-    overwriting.guard_in(folder, ["answer.json"])
+    if (folder / ANSWER).exists() and not how["overwrite"]:
+        raise InputError(f"{folder} already holds an answer: --overwrite it, or choose another folder with -o")
+    overwriting.guard_in(folder, [ANSWER])
 
     def one(changed, where):
         _check_folder(where, how["overwrite"], False)

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-from snowmpm import memory
+import numpy as np
+
+from snowmpm import components, memory
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.refinement import refined
 from snowmpm.errors import InputError
@@ -77,11 +79,18 @@ def ladder_of(scene, ask, only=None, facts=None):
     scaled = facts is not None
     facts = facts or _facts(scene)
     steps, refused, before = [], {}, {scene.solver.method: facts} if scaled else {}
+    if ask.place is not None and not (np.all(ask.place >= facts.model.lower[:2])
+                                      and np.all(ask.place <= facts.model.upper[:2])):
+        raise InputError(f"--at {ask.place[0]:g},{ask.place[1]:g}: must lie on the ground of {scene.source}, x"
+                         f" {facts.model.lower[0]:g} to {facts.model.upper[0]:g}, y {facts.model.lower[1]:g} to"
+                         f" {facts.model.upper[1]:g}")
+    # Errors are those of flows of snow and nothing else
+    unlike = ask.question.group == FLOW and bool(components.used(scene))
     for rung in RUNGS[ask.question.group](facts, ask):
         if only and rung.name != only:
             refused.setdefault(rung.name, "")
             continue
-        expected = None if rung.unlike else models.expected_of(models.rows_of(ask.question.name, rung.name))
+        expected = None if rung.unlike or unlike else models.expected_of(models.rows_of(ask.question.name, rung.name))
         if rung.changes is None:
             steps.append(Step(rung, models.seconds_of(rung.name) or WITHOUT_RUN, None, expected))
             continue
@@ -160,7 +169,8 @@ def choose(steps, within=None, budget=None):
         return min(good, key=lambda step: step.seconds), "the cheapest that is within"
     least = NEAR * min(step.expected.error for step in affordable)
     best = min((step for step in affordable if step.expected.error <= least), key=lambda step: step.seconds)
-    return best, "as good as any" + ("" if within is None else f": none is within {within:.0%}")
+    whole = "the best that was measured" if budget is None else f"the best within {budget:g} s"
+    return best, whole + ("" if within is None else f"; none is within {within:.0%}")
 
 
 def faster(steps, seconds):
@@ -175,7 +185,9 @@ def faster(steps, seconds):
 
 
 def next_up(steps, chosen):
-    """The cheapest `Step` beyond `chosen` with less expected error; None where there is none."""
+    """The cheapest `Step` beyond `chosen` with less expected error, or about the same; None where there is none."""
+    if chosen.expected is None:
+        return None
     finer = [step for step in steps if step.expected and step.seconds > chosen.seconds
-             and step.expected.error < chosen.expected.error]
+             and step.expected.error <= NEAR * chosen.expected.error]
     return min(finer, key=lambda step: step.seconds, default=None)

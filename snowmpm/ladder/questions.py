@@ -1,6 +1,6 @@
 """What can be asked of a scene: a closed list, each with the one definition of its answer."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -73,7 +73,10 @@ class Ask:
         if obstacle is not None and (name != "load" or obstacle not in (names := [o.name for o in scene.obstacles])):
             raise InputError("--obstacle goes with --question load" if name != "load" else
                              f"--obstacle {obstacle}: must be one of {', '.join(names)}")
-        return cls(QUESTIONS[name], None if place is None else np.asarray(place, float), obstacle, path)
+        question = QUESTIONS[name]
+        if name == "load" and scene.dimension == 2:
+            question = replace(question, unit="N/m")
+        return cls(question, None if place is None else np.asarray(place, float), obstacle, path)
 
 
 def unanswerable(scene, name):

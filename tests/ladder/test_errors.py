@@ -90,11 +90,14 @@ def test_fast_is_a_third_of_the_time_or_at_least_less_and_still_tells_something(
     assert faster([wild, guess], 100.0) is None
 
 
-def test_two_answers_agree_within_what_was_expected_of_both():
+def test_two_answers_agree_where_their_intervals_have_a_part_in_common():
     ask = Ask(QUESTIONS["run-out"])
     first = Answer(STEPS[1], 100.0, None)
+    assert first.between == pytest.approx((100.0 / 1.12, 100.0 / 0.88))
     assert agree(ask, first, Answer(STEPS[3], 110.0, None))
-    assert not agree(ask, first, Answer(STEPS[3], 130.0, None))
+    assert agree(ask, first, Answer(STEPS[3], 113.63 * 1.05, None))
+    assert not agree(ask, first, Answer(STEPS[3], 113.64 * 1.07, None))
+    assert Answer(STEPS[3], 0.0, None).between is None
     assert not agree(ask, first, Answer(STEPS[3], None, None))
     yes_no = Ask(QUESTIONS["release"])
     assert agree(yes_no, Answer(STEPS[1], 1.0, None), Answer(STEPS[3], 1.0, None))

@@ -73,6 +73,7 @@ def test_an_unknown_rung_is_refused_with_those_that_there_are(saw):
     ("flow_cold_dense", "load", "needs an obstacle"),
     ("avalanche_depth_averaged", "release", "flows from the start"),
     ("avalanche_depth_averaged", "peak-pressure", "--at X,Y go together"),
+    ("avalanche_depth_averaged", "load", "needs an obstacle"),
     ("avalanche_depth_averaged", "nonsense", r"must be one of|expected one of|unknown"),
 ])
 def test_a_question_that_a_scene_cannot_answer_is_refused(scene, name, message):
@@ -109,7 +110,7 @@ def test_no_shares_times_and_places(convert, text):
 def test_choose_prints_the_ladder_and_a_command_that_runs(call):
     code, out, err = call("choose", "pst_2d", "--within", "50%")
     assert code == 0, err
-    assert "WEAC" in out and "cannot see" in out
+    assert "WEAC" in out and "leaves out" in out
     assert "take: " in out and "next: snowmpm run pst_2d --question critical-length --within 50%" in out
 
 
@@ -130,6 +131,27 @@ def test_a_rung_runs_and_its_answer_is_written(call, tmp_path):
     known = {row.rung: row for row in models.shipped() if row.problem == "saw test on the flat"
              and row.question == "critical-length"}
     assert record["rungs"][0]["value"] == pytest.approx(known["interface, 2 cells"].value, rel=0.02)
+
+
+def test_an_answer_is_kept_until_it_may_be_replaced(call, tmp_path):
+    def asked(*more):
+        return call("run", "pst_2d", "--rung", "shear strength", "-o", "out", *more)
+
+    assert asked()[0] == 0 and asked("--overwrite")[0] == 0
+    code, _, err = asked()
+    assert code == 2 and "already holds an answer" in err
+
+
+def test_a_place_beside_the_ground_is_refused(call):
+    code, _, err = call("choose", "avalanche_depth_averaged", "--question", "peak-pressure", "--at", "0,0")
+    assert code == 2 and "--at 0,0: must lie on the ground" in err
+
+
+def test_forces_in_profile_are_per_metre_and_water_has_no_measured_errors():
+    assert Ask.of(load_scene("impact_wall_2d"), "load").question.unit == "N/m"
+    assert Ask.of(load_scene("impact_mast"), "load").question.unit == "N"
+    scene = load_scene("slushflow")
+    assert all(step.expected is None for step in ladder_of(scene, Ask.of(scene, "run-out")).steps)
 
 
 def test_an_answer_is_confirmed_by_the_next_rung(call, tmp_path):
@@ -161,7 +183,7 @@ def test_new_keeps_the_comments_where_only_the_grid_changes(call, tmp_path):
 
 
 @pytest.mark.parametrize("words", [
-    ["--within", "10%"], ["--at", "1,2"], ["--rung", "WEAC", "--budget", "9s"],
+    ["--obstacle", "wall"], ["--at", "1,2"], ["--within", "20"], ["--rung", "WEAC", "--budget", "9s"],
     ["--question", "critical-length", "--resume"], ["--question", "nonsense"], ["--rung", "nonsense"]])
 def test_what_does_not_go_together_is_refused_and_nothing_is_written(call, tmp_path, words):
     code, _, err = call("run", "pst_2d", *words, "-o", "out")
