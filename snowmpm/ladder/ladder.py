@@ -13,6 +13,7 @@ from snowmpm.ladder.questions import FLOW, RELEASE, REST, SAW, STRENGTH
 from snowmpm.ladder.rung import Rung
 from snowmpm.measured import models
 from snowmpm.measured.models import Expected
+from snowmpm.methods import METHODS
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.stop import ends_at_rest
 from snowmpm.setup.build import build
@@ -36,6 +37,10 @@ TRIALS = 8
 MOST_BUILT = 100_000
 """Particles of a rung that is built for its forecast; the cost of a finer one follows from that of the one before."""
 
+
+
+MOST_FIRST = 5_000_000
+"""Particles and cells of the ground of the first rung of a method, beyond which it is left out."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +107,9 @@ def ladder_of(scene, ask, only=None, facts=None):
             finer = near.dx / changed.solver.dx if near else 0.0
             if finer > 1.0 and (scaled or near.budget.n * finer**near.dim > MOST_BUILT) and not rung.trials:
                 seconds, size = refined(near, changed.solver.dx)
+            elif _pieces(facts, changed) > MOST_FIRST:
+                refused[rung.name] = f"more than {MOST_FIRST / 1e6:g} million cells and particles on its coarsest grid"
+                continue
             else:
                 seconds, size, built = _cost(changed, rung, _end(before, facts))
                 before = {method: built} | before if scaled else before | {method: built}
@@ -115,6 +123,16 @@ def ladder_of(scene, ask, only=None, facts=None):
         else:
             steps.append(Step(rung, seconds, size, expected))
     return Ladder(sorted(steps, key=lambda step: step.seconds), refused, _own(facts, ask))
+
+
+def _pieces(facts, scene):
+    """Particles of a scene, and cells over its ground in plan, about: what its set-up grows with."""
+    dx, model = scene.solver.dx, facts.model
+    snow = float(model.population.volumes.sum()) / dx**scene.dimension * 2**scene.dimension
+    if METHODS[scene.solver.method].capabilities.plan:
+        snow = 0.0
+    return snow + (0.0 if scene.terrain is None else float(np.prod((model.upper - model.lower)[:-1])) / dx ** (
+        scene.dimension - 1))
 
 
 def _end(before, own):
