@@ -46,7 +46,7 @@ def rungs(facts, ask):
         yield from _resolved(facts, method)
 
 
-def own_name(facts):
+def own_name(facts, group):
     """Name of the rung that a scene stands on, or is nearest to."""
     solver = facts.scene.solver
     if METHODS[solver.method].capabilities.plan:

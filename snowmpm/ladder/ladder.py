@@ -8,7 +8,6 @@ from snowmpm import components, memory
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.refinement import refined
 from snowmpm.errors import InputError
-from snowmpm.ladder import flows, rest, saw_tests
 from snowmpm.ladder.questions import FLOW, RELEASE, REST, SAW, STRENGTH
 from snowmpm.ladder.rung import Rung
 from snowmpm.measured import models
@@ -21,9 +20,6 @@ from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.strength.reduction import PERIODS
 from snowmpm.study.presets import FASTER
 
-RUNGS = {FLOW: flows.rungs, SAW: saw_tests.rungs, STRENGTH: rest.strength_rungs, REST: rest.rest_rungs,
-         RELEASE: rest.release_rungs}
-"""By group of questions: (facts, ask) -> `Rung`s."""
 NEAR = 1.25
 """Ratio to the least expected error up to which another counts as about the same."""
 LESS = 0.9
@@ -82,7 +78,7 @@ def ladder_of(scene, ask, only=None, facts=None):
     """`Ladder` of a scene and a question. only: name of the single rung that is wanted; facts: `SceneFacts` of the
     scene, from which the costs of finer grids are then scaled rather than built. Raises InputError as `build` does."""
     scaled = facts is not None
-    facts = facts or _facts(scene)
+    facts = facts or (SceneFacts(scene, build(scene), None) if only else _facts(scene))  # a formula needs no solver
     steps, refused, before = [], {}, {scene.solver.method: facts} if scaled else {}
     if ask.place is not None and not (np.all(ask.place >= facts.model.lower[:2])
                                       and np.all(ask.place <= facts.model.upper[:2])):
@@ -91,7 +87,8 @@ def ladder_of(scene, ask, only=None, facts=None):
                          f" {facts.model.upper[1]:g}")
     # Errors are those of flows of snow and nothing else
     unlike = ask.question.group == FLOW and bool(components.used(scene))
-    for rung in RUNGS[ask.question.group](facts, ask):
+    rungs, own_name = _family(ask.question.group)
+    for rung in rungs(facts, ask):
         if only and rung.name != only:
             refused.setdefault(rung.name, "")
             continue
@@ -99,6 +96,8 @@ def ladder_of(scene, ask, only=None, facts=None):
         if rung.changes is None:
             steps.append(Step(rung, models.seconds_of(rung.name) or WITHOUT_RUN, None, expected))
             continue
+        if facts.solver is None:
+            facts = SceneFacts(scene, facts.model, facts.model.solver())
         method = rung.name.partition(",")[0]
         try:
             changed = with_overrides(scene, rung.changes)
@@ -122,7 +121,8 @@ def ladder_of(scene, ask, only=None, facts=None):
             refused[rung.name] = f"takes more than {LONGEST / 86400.0:g} days"
         else:
             steps.append(Step(rung, seconds, size, expected))
-    return Ladder(sorted(steps, key=lambda step: step.seconds), refused, _own(facts, ask))
+    return Ladder(sorted(steps, key=lambda step: step.seconds), refused,
+                  own_name(facts, ask.question.group))
 
 
 def _pieces(facts, scene):
@@ -142,12 +142,20 @@ def _end(before, own):
     return known[0].forecast.end if known and ends_at_rest(own.scene) else None
 
 
-def _own(facts, ask):
-    if ask.question.group == SAW:
-        return saw_tests.own_name(facts)
-    if ask.question.group == FLOW:
-        return flows.own_name(facts)
-    return rest.own_name(facts, ask.question.group)
+def _family(group):
+    """(rungs(facts, ask), own_name(facts, group)) of a group of questions; imported when it is asked, since each brings
+    much that the others need not."""
+    if group == FLOW:
+        from snowmpm.ladder import flows
+
+        return flows.rungs, flows.own_name
+    if group == SAW:
+        from snowmpm.ladder import saw_tests
+
+        return saw_tests.rungs, saw_tests.own_name
+    from snowmpm.ladder import rest
+
+    return {STRENGTH: rest.strength_rungs, REST: rest.rest_rungs, RELEASE: rest.release_rungs}[group], rest.own_name
 
 
 def _cost(scene, rung, end):

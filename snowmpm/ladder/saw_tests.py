@@ -44,7 +44,7 @@ def rungs(facts, ask):
                            {**_weak_layer(scene, way, slab / cells), "solver.dx": spacing(slab, cells)})
 
 
-def own_name(facts):
+def own_name(facts, group):
     """Name of the rung that a saw test stands on, or is nearest to."""
     scene = facts.scene
     slab = sum(layer.thickness for layer in scene.saw_test.slab)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
 
 from snowmpm import components
 from snowmpm.depth.plan_grid import PlanGrid
@@ -41,6 +40,8 @@ class Ground:
 
     def height(self, plan):
         """Height (k,) [m] at places, linear between the middles of cells; NaN off the ground."""
+        from scipy.interpolate import RegularGridInterpolator  # half a second, which a formula needs not
+
         axes = [self.lower[a] + self.cell * (np.arange(self.z.shape[a]) + 0.5) for a in (0, 1)]
         return RegularGridInterpolator(axes, self.z, bounds_error=False)(plan)
 
