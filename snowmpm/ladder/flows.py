@@ -51,7 +51,12 @@ def own_name(facts, group):
     solver = facts.scene.solver
     if METHODS[solver.method].capabilities.plan:
         return _plan_name(min(PLAN_CELLS, key=lambda cell: max(cell / solver.dx, solver.dx / cell)))
-    return _resolved_name(facts.scene, solver.method, nearest_cells(facts.model.depth, solver.dx))
+    return _resolved_name(facts.scene, solver.method, nearest_cells(snow_depth(facts), solver.dx))
+
+
+def snow_depth(facts):
+    """Depth of the snow at the start [m]; columns have their place in the middle of it."""
+    return facts.model.depth * (2.0 if METHODS[facts.scene.solver.method].capabilities.plan else 1.0)
 
 
 def is_on_terrain(scene):
@@ -83,7 +88,7 @@ def in_plan(scene, cell):
 
 
 def _resolved(facts, method):
-    scene, depth = facts.scene, facts.model.depth
+    scene, depth = facts.scene, snow_depth(facts)
     in_plan = METHODS[scene.solver.method].capabilities.plan
     snow = {"initial.stress": "geostatic", **{f"materials.{name}": {**RESOLVED, "density": law.density}
                                               for name, law in scene.materials.items()}} if in_plan else {}

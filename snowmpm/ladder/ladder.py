@@ -79,7 +79,7 @@ def ladder_of(scene, ask, only=None, facts=None):
     scene, from which the costs of finer grids are then scaled rather than built. Raises InputError as `build` does."""
     scaled = facts is not None
     facts = facts or (SceneFacts(scene, build(scene), None) if only else _facts(scene))  # a formula needs no solver
-    steps, refused, before = [], {}, {scene.solver.method: facts} if scaled else {}
+    steps, refused = [], {}
     if ask.place is not None and not (np.all(ask.place >= facts.model.lower[:2])
                                       and np.all(ask.place <= facts.model.upper[:2])):
         raise InputError(f"--at {ask.place[0]:g},{ask.place[1]:g}: must lie on the ground of {scene.source}, x"
@@ -88,6 +88,8 @@ def ladder_of(scene, ask, only=None, facts=None):
     # Errors are those of flows of snow and nothing else
     unlike = ask.question.group == FLOW and bool(components.used(scene))
     rungs, own_name = _family(ask.question.group)
+    own = own_name(facts, ask.question.group)
+    before = {own.partition(",")[0]: facts} if scaled else {}
     for rung in rungs(facts, ask):
         if only and rung.name != only:
             refused.setdefault(rung.name, "")
@@ -121,8 +123,7 @@ def ladder_of(scene, ask, only=None, facts=None):
             refused[rung.name] = f"takes more than {LONGEST / 86400.0:g} days"
         else:
             steps.append(Step(rung, seconds, size, expected))
-    return Ladder(sorted(steps, key=lambda step: step.seconds), refused,
-                  own_name(facts, ask.question.group))
+    return Ladder(sorted(steps, key=lambda step: step.seconds), refused, own)
 
 
 def _pieces(facts, scene):

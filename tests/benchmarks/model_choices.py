@@ -37,8 +37,8 @@ class Unseen:
 
 
 UNSEEN = (
-    Unseen("Arzler Alm 2019", "event:arzler_alm_2019", "run-out", 0.25, "3-D mpm, 0.5 cells"),
-    Unseen("Nordkette 2022", "event:nordkette_2022", "run-out", 0.25, "3-D mpm, 0.5 cells"),
+    Unseen("Arzler Alm 2019", "event:arzler_alm_2019", "run-out", 0.25, "3-D mpm, 1 cell"),
+    Unseen("Nordkette 2022", "event:nordkette_2022", "run-out", 0.25, "3-D mpm, 1 cell"),
     Unseen("moist snow in profile", "flow_warm_shear", "run-out", 0.55, "mpm, 32 cells"),
     Unseen("flat saw test on a thin slab", "pst_2d", "critical-length", 0.5, "resolved, 40 cells",
            {"saw_test.slab.0.thickness": 0.35, "materials.slab.density": 300.0}),

@@ -137,7 +137,7 @@ def test_snow_too_thin_to_be_resolved_is_not_built():
     """Found by a user's check that took minutes."""
     scene = load_scene("avalanche_depth_averaged", {"bodies.0.shape.top": 0.11})
     found = ladder_of(scene, Ask.of(scene, "run-out"))
-    assert "million cells" in found.refused["3-D mpm, 0.5 cells"] and not any("mpm" in one.name for one in found.steps)
+    assert "million cells" in found.refused["3-D mpm, 1 cell"] and not any("mpm" in one.name for one in found.steps)
 
 
 def test_an_answer_is_kept_until_it_may_be_replaced(call, tmp_path):
