@@ -1,11 +1,12 @@
 """`snowmpm check`: whether a scene is valid, what it models, what it costs, where it may fail, what could be saved."""
 
+import shlex
 import sys
 import textwrap
 from dataclasses import asdict
 
 from snowmpm.cli import errors
-from snowmpm.cli.choose import faster_model, outlook
+from snowmpm.cli.choose import OF_RUNGS, faster_model, outlook
 from snowmpm.cli.options import Accurate, Fast, Json, PrecisionOption, SceneName, Settings, scene_overrides
 from snowmpm.cli.table import line_length, print_facts, print_json
 from snowmpm.cli.wording import duration
@@ -47,7 +48,8 @@ def check(
                     "models": outlook(loaded, advice.scene_facts)})
         return
     print_facts(f"{loaded.name} ({loaded.source})", advice.facts)
-    _print_models(loaded, scene, advice.scene_facts)
+    kept = [word for one in settings or () if one.partition("=")[0].strip() not in OF_RUNGS for word in ("--set", one)]
+    _print_models(loaded, shlex.join(["snowmpm", "choose", str(scene), *kept]), advice.scene_facts)
     _print_payments(advice)
     if advice.unaffordable:
         _console().print(f"\n[bold red]out of reach[/]: {_plain(advice.unaffordable)}; run refuses it without"
@@ -58,8 +60,8 @@ def check(
         _print_alternatives(_with_models(loaded, advice))
 
 
-def _print_models(scene, name, facts):
-    """Two lines: what the scene as it is answers, and the cheapest model that would do."""
+def _print_models(scene, command, facts):
+    """Two lines: what the scene as it is answers, and the cheapest model that would do. command: that says more."""
     found = outlook(scene, facts)
     console = _console()
     if found is None:
@@ -68,10 +70,10 @@ def _print_models(scene, name, facts):
     console.print(f"\n[bold]asked for[/] {found['words']}: as it is, {found['own']}, {found['own_error']}")
     best = found["chosen"]
     if best:
-        console.print(f"  {best}, {duration(found['seconds'])}: {found['error']} ({found['reason']};"
-                      f" snowmpm choose {_plain(str(name))})", markup=False)
+        console.print(f"  {best}, {duration(found['seconds'])}: {found['error']} ({found['reason']}; {command})",
+                      markup=False)
     else:
-        console.print(f"  snowmpm choose {_plain(str(name))} lists other models ({found['reason']})", markup=False)
+        console.print(f"  {command} lists other models ({found['reason']})", markup=False)
 
 
 def _print_payments(advice):

@@ -68,32 +68,38 @@ def choose(
         print(f"  not here: {line}")
     print(f"this scene as it is: {ladder.own}")
     if chosen is None:
-        words = _command(scene, ask, None, None, at, obstacle, path)
-        print(f"no choice: {reason}; --rung takes one: {words} --rung '{ladder.steps[0].name}'")
+        words = _command(scene, ask, None, None, at, obstacle, path, settings)
+        print(f"no choice: {reason}" + (f"; --rung takes one: {words} --rung '{ladder.steps[0].name}'"
+                                        if ladder.steps else ""))
         return
     print(f"take: {chosen.name} ({reason}); it leaves out {chosen.rung.blind}")
-    print(f"next: {_command(scene, ask, within, budget, at, obstacle, path)}")
+    print(f"next: {_command(scene, ask, within, budget, at, obstacle, path, settings)}")
 
 
-def opened(name, settings, question, at, obstacle, path, rung=None):
-    """(scene, `Ask`, `Ladder`) of a scene and a question in words. rung: the only one that is wanted. Raises
-    InputError."""
+def opened(name, settings, question, at, obstacle, path, rung=None, start=True):
+    """(scene, `Ask`, `Ladder`) of a scene and a question in words. rung: the only one that is wanted; start: whether
+    nothing computes yet. Raises InputError."""
     import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.cli.run import start_taichi
     from snowmpm.ladder.ladder import ladder_of
     from snowmpm.ladder.questions import QUESTIONS, Ask, usual_question
     from snowmpm.scenes import load_scene
 
-    loaded = load_scene(name, scene_overrides(settings))
+    overrides = scene_overrides(settings)
+    refuse_what_rungs_set(overrides)
+    loaded = load_scene(name, overrides)
     name = question or usual_question(loaded)
     if name is None:
         raise InputError(f"{loaded.source}: give --question NAME, one of {', '.join(QUESTIONS)}: a scene like this is"
                          " asked none of them as a rule")
     ask = Ask.of(loaded, name, place_of(at), obstacle, _path(path, loaded))
-    start_taichi(Backend.cpu, None)
+    if start:
+        start_taichi(Backend.cpu, None)
     return loaded, ask, ladder_of(loaded, ask, rung)
 
 
+OF_RUNGS = {"solver", "solver.dx", "solver.method"}
+"""Keys that a rung sets."""
 USUAL = 0.1
 """Error that will do where none was given [-]."""
 
@@ -104,14 +110,13 @@ def outlook(scene, facts):
     from snowmpm.ladder.ladder import choose as pick
     from snowmpm.ladder.ladder import ladder_of
     from snowmpm.ladder.questions import Ask, usual_question
-    from snowmpm.measured import models
 
     name = usual_question(scene)
     if name is None:
         return None
     ask = Ask.of(scene, name)
     ladder = ladder_of(scene, ask, facts=facts)
-    own = models.expected_of(models.rows_of(ask.question.name, ladder.own))
+    own = next((step.expected for step in ladder.steps if step.name == ladder.own), None)
     chosen, reason = pick(ladder.steps, USUAL, None)
     return {"question": ask.question.name, "words": ask.question.label, "own": ladder.own,
             "own_error": _error(own), "chosen": chosen and chosen.name, "seconds": chosen and chosen.seconds,
@@ -146,6 +151,12 @@ def _error(expected):
     if expected is not None and expected.yes_no:
         return expected.words
     return f"error {interval(expected)}"
+
+
+def refuse_what_rungs_set(overrides):
+    """Raise InputError for a key of `--set` that a rung would replace."""
+    if taken := sorted(OF_RUNGS & overrides.keys()):
+        raise InputError(f"--set {taken[0]}: the rungs say that themselves; leave it out, or run the scene as it is")
 
 
 def share_of(text):
@@ -204,7 +215,16 @@ def _path(path, scene):
     from snowmpm.gis.lines import the_line
 
     overwriting.reads(path)
-    return the_line(path, None)
+    if ask_takes_no_path(scene):
+        raise InputError("--path goes with flows on terrain in three dimensions")
+    return lambda system: the_line(path, system)
+
+
+def ask_takes_no_path(scene):
+    """Whether no model of a scene goes along a path in plan."""
+    from snowmpm.ladder.flows import is_on_terrain
+
+    return not is_on_terrain(scene)
 
 
 def interval(expected):
@@ -242,10 +262,19 @@ def _refused(ladder):
         yield f"{method}{', ' if cells[0] else ''}{cells[0]}{f' to {cells[-1]}' if len(cells) > 1 else ''}: {why}"
 
 
+def check_question(scene, question):
+    """Raise InputError where a scene cannot answer a question by a run of its own."""
+    from snowmpm.ladder.questions import QUESTIONS, STRENGTH, Ask
+
+    if Ask.of(scene, question).question.group == STRENGTH:
+        raise InputError(f"--question {QUESTIONS[question].name}: is answered by no single run; `snowmpm run SCENE"
+                         f" --question {question}` makes those that it takes")
+
+
 def rewritten(text, load, question, within, budget=None):
-    """(text of a scene on the rung that answers a question within an error or a time, a line about it), with the
-    comments where only values change. text: as it is; load: text -> `Scene`, its file in the folder of the new one.
-    Raises InputError where no rung that is a scene has a measured error."""
+    """(text of a scene on the rung that answers a question within an error or a time, a line about it, the rung's
+    name), with the comments where only values change. text: as it is; load: text -> `Scene`, its file in the folder of
+    the new one. Raises InputError where no rung that is a scene has a measured error."""
     from snowmpm.ladder.ladder import choose as pick
     from snowmpm.ladder.ladder import ladder_of
     from snowmpm.ladder.questions import Ask
@@ -255,9 +284,6 @@ def rewritten(text, load, question, within, budget=None):
     scene = load(text)
     ladder = ladder_of(scene, Ask.of(scene, question))
     steps = [step for step in ladder.steps if step.rung.changes is not None and not step.rung.trials]
-    if not steps:
-        raise InputError(f"--question {question}: is answered by no single run; `snowmpm run SCENE --question"
-                         f" {question}` makes those that it takes")
     chosen, reason = pick(steps, *asked_for(within, budget))
     if chosen is None:
         raise InputError(f"--question {question}: {reason}")
@@ -269,16 +295,18 @@ def rewritten(text, load, question, within, budget=None):
     except (InputError, TypeError):  # a table that takes the place of another
         text = resolved
     return text, (f"{chosen.name} ({reason}): {question} {_error(chosen.expected)}, about"
-                  f" {duration(chosen.seconds)} of processor time")
+                  f" {duration(chosen.seconds)} of processor time"), chosen.name
 
 
-def _command(scene, ask, within, budget, at, obstacle, path):
+def _command(scene, ask, within, budget, at, obstacle, path, settings):
     import shlex
 
     words = ["snowmpm", "run", scene, "--question", ask.question.name]
     for option, value in (("--within", within), ("--budget", budget), ("--at", at), ("--obstacle", obstacle),
                           ("--path", path)):
         words += [] if value is None else [option, str(value)]
+    for setting in settings or ():
+        words += ["--set", setting]
     return shlex.join(words)
 
 

@@ -21,6 +21,10 @@ class ElevationUnit(str, Enum):
     us_ft = "us-ft"
 
 
+NEED_MORE = ("peak-pressure", "load")
+"""Questions of which a place or an obstacle is part."""
+
+
 class SceneMethod(str, Enum):
     """Methods that a scene on one's own slope may have."""
 
@@ -85,6 +89,11 @@ def new(
         raise InputError("--like copies a scene as it is: --terrain, --release and --thickness do not go with it")
     if (within or budget) and not question:
         raise InputError(f"{'--within' if within else '--budget'}: goes with --question NAME")
+    if question in NEED_MORE:
+        raise InputError(f"--question {question}: needs a place or an obstacle: copy the scene, then snowmpm choose")
+    choose.asked_for(within, budget)
+    if question:
+        choose.refuse_what_rungs_set(setting_values(settings))
     if question and method:
         raise InputError("--question chooses the method: --method does not go with it")
     if (release or thickness or unit or method) and not ground:
@@ -102,7 +111,9 @@ def new(
 
     told = []
     if like:
-        load_scene(like, setting_values(settings))  # before anything is copied
+        copied_from = load_scene(like, setting_values(settings))  # before anything is copied
+        if question:
+            choose.check_question(copied_from, question)
         text, copied = starts.copy_of(like, name, folder)
         told = [str(path) for path in copied]
     elif ground:
@@ -122,7 +133,7 @@ def new(
                 chosen, size = outlook(scene)
                 text = edited(text, {key: value for key, value in chosen.items() if key not in given})
                 part.write_bytes(text.encode())
-                told.insert(3, f"{size}, to {load_scene(part).end_time:g} s or until it rests")
+                told.insert(3, "" if question else f"{size}, to {load_scene(part).end_time:g} s or until it rests")
             if question:
                 start_taichi(Backend.cpu, None)
 
@@ -130,10 +141,10 @@ def new(
                     part.write_bytes(changed.encode())
                     return load_scene(part)
 
-                text, line = choose.rewritten(text, load, question, within, budget)
+                text, line, taken = choose.rewritten(text, load, question, within, budget)
                 load(text)
                 told.append(line)
         except InputError as error:
             raise InputError(str(error).replace(str(part), str(file))) from None
-    following = f"--question {question}" if question else "--render"
-    print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} {following}"]))
+    following = f"--question {question} --rung '{taken}'" if question else "--render"
+    print("\n".join([str(file), *(f"  {line}" for line in told if line), f"  next: snowmpm run {file} {following}"]))

@@ -91,7 +91,7 @@ def run(
     time and the time left; a browser that has it open shows each new picture by itself. Another process draws it, in
     2 % of the time of one core.
     """
-    if question or rung or within or budget:
+    if any(one is not None for one in (question, rung, within, budget)):
         others = {"--resume": resume, "--render": render, "--maps": maps, "--live": live, "--fast": fast,
                   "--accurate": accurate, "--precision": precision}
         _answer(scene, settings, output, {"--question": question, "--within": within, "--budget": budget, "--at": at,
@@ -164,10 +164,11 @@ def _answer(scene, settings, output, asked, others, how, as_json):
     within, budget = choose.asked_for(asked["--within"], asked["--budget"])
     start_taichi(how.pop("backend"), how.pop("threads"))
     loaded, ask, ladder = choose.opened(scene, settings, *(asked[name] for name in (
-        "--question", "--at", "--obstacle", "--path", "--rung")))
+        "--question", "--at", "--obstacle", "--path", "--rung")), start=False)
     folder = output or Path("runs") / f"{loaded.name}_{ask.question.name}"
     if (folder / ANSWER).exists() and not how["overwrite"]:
         raise InputError(f"{folder} already holds an answer: --overwrite it, or choose another folder with -o")
+    _check_folder(folder, True, False)
     overwriting.guard_in(folder, [ANSWER])
 
     def one(changed, where):

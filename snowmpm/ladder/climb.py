@@ -47,14 +47,17 @@ def folder_of(name):
 def stand_on(scene, ask, step, folder, simulate):
     """`Answer` of a rung. simulate: (scene, folder) -> `Run`."""
     rung, where = step.rung, Path(folder) / folder_of(step.name)
-    try:
-        if rung.answers is not None:
+    if rung.answers is not None:
+        try:
             return Answer(step, rung.answers().get(ask.question.name), None)
-        changed = with_overrides(scene, rung.changes)
+        except InputError as error:
+            return Answer(step, None, None, str(error))
+    changed = with_overrides(scene, rung.changes)
+    try:
         if rung.trials:
             return Answer(step, reduce_strength(changed, where, step=STEP).found.slides, where)
         return Answer(step, answer_of(simulate(changed, where), ask), where)
-    except (InputError, SimulationError) as error:
+    except SimulationError as error:
         return Answer(step, None, None, str(error))
 
 

@@ -11,6 +11,7 @@ from snowmpm.runout.models import block_friction, blocks_of, way_of
 from snowmpm.runout.profile import profile_of
 from snowmpm.runout.routing import USUAL, route
 from snowmpm.scenes.loader import with_overrides
+from snowmpm.terrain.reference_system import ReferenceSystem
 
 PLAN_CELLS = (20.0, 10.0, 5.0, 2.5)
 """Cells of depth-averaged rungs [m]."""
@@ -84,7 +85,12 @@ def in_plan(scene, cell):
     """Changes that make a scene depth-averaged on cells of this side [m]."""
     if METHODS[scene.solver.method].capabilities.plan:
         return {"solver.dx": cell}
-    return {"solver": {"method": DEPTH, "dx": cell}, "initial": {}}
+    return {"solver": {"method": DEPTH, "dx": cell, **kept(scene)}, "initial": {}}
+
+
+def kept(scene):
+    """Of [solver], what holds for every method, where the scene gives it."""
+    return {"precision": scene.solver.precision} if "precision" in scene.solver.model_fields_set else {}
 
 
 def _resolved(facts, method):
@@ -94,7 +100,8 @@ def _resolved(facts, method):
                                               for name, law in scene.materials.items()}} if in_plan else {}
     for cells in CELLS:
         dx = spacing(depth, cells)
-        own = {"solver.dx": dx} if scene.solver.method == method else {"solver": {"method": method, "dx": dx}}
+        own = {"solver.dx": dx} if scene.solver.method == method else {
+            "solver": {"method": method, "dx": dx, **kept(scene)}}
         yield Rung(_resolved_name(scene, method, cells), BLIND[method], {**own, **snow})
 
 
@@ -106,7 +113,8 @@ def _without_flow(facts, ask):
 
     def profile(over):
         if ask.path is not None:
-            return profile_of(ask.path, over.height, "--path")
+            system = ReferenceSystem.of_text(over.crs, "the terrain") if over.crs else None
+            return profile_of(ask.path(system), over.height, "--path")
         return profile_of(way_of(over), over.height, "the way of most snow")
 
     def statistics():
@@ -125,8 +133,10 @@ def _without_flow(facts, ask):
     def along(path, slide):
         values = _known({"run-out": slide.runout})
         if ask.place is not None:
-            nearest = np.linalg.norm(path.plan - ask.place, axis=1).argmin()
-            values["peak-pressure"] = _density(facts) * float(slide.speed[nearest]) ** 2
+            away = np.linalg.norm(path.plan - ask.place, axis=1)
+            wide = 0.5 * np.sqrt(np.prod(np.ptp(facts.model.population.positions[:, :2], axis=0)))
+            if away.min() <= wide:  # a point has no width: half of that of the release
+                values["peak-pressure"] = _density(facts) * float(slide.speed[away.argmin()]) ** 2
         return values
 
     def routed():

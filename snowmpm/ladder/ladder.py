@@ -69,7 +69,7 @@ class Ladder:
         found = next((one for one in self.steps if one.name == name), None)
         if found is None:
             why = self.refused.get(name)
-            names = ", ".join([*(one.name for one in self.steps), *self.refused])
+            names = "; ".join([*(one.name for one in self.steps), *self.refused])
             raise InputError(f"--rung {name}: {why}" if why else f"--rung {name}: must be one of {names}")
         return found
 
@@ -186,10 +186,10 @@ def choose(steps, within=None, budget=None):
     """(`Step`, reason in words) of the cheapest rung whose expected error is `within` [-], of those that take at most
     `budget` [s]; without `within`, and where none is within, the cheapest that has about the least expected error. None
     where no rung has an expected error or is affordable."""
-    known = [step for step in steps if step.expected]
+    known = [step for step in steps if step.expected and step.expected.tells]
     affordable = [step for step in known if budget is None or step.seconds <= budget]
     if not affordable:
-        return None, ("no rung was measured in enough problems" if not known else
+        return None, ("no rung that tells something was measured in enough problems" if not known else
                       f"every rung takes more than {budget:g} s")
     good = [step for step in affordable if within is not None and step.expected.error <= within]
     if good:

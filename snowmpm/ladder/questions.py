@@ -54,7 +54,8 @@ QUESTIONS = {one.name: one for one in (
 @dataclass(frozen=True)
 class Ask:
     """A question about a scene. place (2,) [m]: in map coordinates, of peak-pressure; obstacle: name, all by default;
-    path (k, 2) [m]: for models along a path, the way of most snow by default."""
+    path: function (`ReferenceSystem` of the terrain, or None) -> (k, 2) [m], for models along a path; the way of most
+    snow by default."""
 
     question: Question
     place: Any = None
@@ -90,6 +91,8 @@ def unanswerable(scene, name):
         return "needs a scene in three dimensions on a terrain, which has maps"
     if name == "load" and not scene.obstacles:
         return "needs an obstacle"
+    if not np.any(scene.gravity_vector):
+        return "needs gravity"
     if group in (RELEASE, STRENGTH) and scene.solver.method == "depth":
         return "a depth-averaged scene flows from the start: it has no strength"
     return ""

@@ -67,6 +67,7 @@ def test_an_unknown_rung_is_refused_with_those_that_there_are(saw):
 
 
 @pytest.mark.parametrize(("scene", "name", "message"), [
+    ("oedometer", "settlement", "needs gravity"),
     ("pst_2d", "run-out", "a saw test answers critical-length and crack-speed"),
     ("flow_cold_dense", "critical-length", "needs a scene with"),
     ("flow_cold_dense", "affected-area", "three dimensions"),
@@ -131,6 +132,49 @@ def test_a_rung_runs_and_its_answer_is_written(call, tmp_path):
     known = {row.rung: row for row in models.shipped() if row.problem == "saw test on the flat"
              and row.question == "critical-length"}
     assert record["rungs"][0]["value"] == pytest.approx(known["interface, 2 cells"].value, rel=0.02)
+
+
+def test_a_rung_runs_on_what_computes_already(monkeypatch, call):
+    """Found by a tester: with a GPU, the processor was asked for after it."""
+    started = []
+    monkeypatch.setattr("snowmpm.cli.run.start_taichi", lambda backend, threads: started.append(backend.value))
+    assert call("run", "slope_failure", "--rung", "slices", "--backend", "cuda")[0] == 0 and started == ["cuda"]
+
+
+def test_a_folder_that_cannot_be_used_is_no_reason_to_climb(call, tmp_path):
+    (tmp_path / "out" / "interface_2_cells").mkdir(parents=True)
+    (tmp_path / "out" / "interface_2_cells" / "run.vtkhdf").touch()
+    code, out, err = call("run", "pst_2d", "--rung", "interface, 2 cells", "-o", "out")
+    assert code == 2 and "already holds a run" in err and not out.count("mpm")
+    (tmp_path / "file").touch()
+    code, _, err = call("run", "pst_2d", "--rung", "WEAC", "-o", "file")
+    assert code == 2 and "must be a folder" in err
+
+
+def test_advice_keeps_what_was_set(call):
+    setting = "terrain.friction=0.3"
+    code, out, err = call("choose", "avalanche_on_raster", "--question", "run-out", "--within", "50%", "--set", setting)
+    assert code == 0 and f"--within 50% --set {setting}" in out, err
+
+
+def test_a_block_tells_no_pressure_far_beside_its_path(call):
+    code, _, err = call("run", "avalanche_on_raster", "--question", "peak-pressure", "--at", "600530,200455",
+                        "--rung", "block", "-o", "out")
+    assert code == 1 and "gives no answer" in err
+
+
+def test_the_precision_of_a_scene_stays():
+    scene = load_scene("avalanche_on_raster", {"solver.precision": "f64"})
+    found = ladder_of(scene, Ask.of(scene, "run-out"))
+    assert found.step("depth, 5 m").rung.changes["solver"]["precision"] == "f64"
+
+
+@pytest.mark.parametrize("words", [
+    ["--question", "critical-length"], ["--question", "run-out", "--within", "bogus"], ["--question", "peak-pressure"],
+    ["--question", "run-out", "--set", "solver.dx=3"], ["--within", "10%"]])
+def test_new_refuses_before_it_copies(call, tmp_path, words):
+    assert call("new", "mine", "--like", "avalanche_on_raster", *words, "-o", "out")[0] == 2
+    assert not (tmp_path / "out").exists()
 
 
 def test_snow_too_thin_to_be_resolved_is_not_built():
