@@ -76,7 +76,7 @@ MAY_IMPORT = {
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "runout": {*GROUND, "components", "compiler", "ground", "depth", "setup", "io", "gis"},
     "ladder": {*GROUND, "components", "compiler", "stepping", "scenes", "saw_test", "setup", "handover", "running",
-               "io", "measured", "study", "advice", "comparison", "strength", "runout", "render"},
+               "terrain", "io", "measured", "study", "advice", "comparison", "strength", "runout", "render"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "measured", "study",
             "advice", "ladder", "campaigns", "micro", "strength", "events", "runout"},
 }
