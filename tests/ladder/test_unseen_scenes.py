@@ -39,7 +39,6 @@ def test_errors_lie_within_the_promised_interval_in_seven_of_eight(rows):
     assert sum(row["inside"] == "yes" for row in rows) >= 7
 
 
-@pytest.mark.xfail(strict=True, reason="five; three others take 10.1 to 11.4 %: most of it is the start of the program")
 def test_six_take_at_most_a_tenth_of_the_finest_time(rows):
     shares = [float(row["seconds"]) / float(row["finest_seconds"]) for row in rows]
     assert sum(share <= 0.1 for share in shares) >= 6
