@@ -15,7 +15,7 @@ from snowmpm.errors import InputError
 NAMES = ("run-out", "affected-area", "peak-pressure", "load", "deposit-volume", "critical-length", "crack-speed",
          "release", "factor-of-safety", "settlement")
 LONGEST = 600.0
-"""Time [s] that a rung may take which confirms another, where no budget is given."""
+"""Time [s] that may be taken to confirm an answer, where no budget is given."""
 
 Question = Annotated[
     str | None, typer.Option(metavar="NAME", help=f"What is asked of the scene: {', '.join(NAMES)}.")]
@@ -334,7 +334,7 @@ def answer(loaded, ask, ladder, folder, simulate, within=None, budget=None, rung
         raise InputError(f"--question {ask.question.name}: {reason}; --rung NAME takes one of"
                          f" {'; '.join(step.name for step in ladder.steps)}")
     told, following = not quiet and not as_json, None if rung else next_up(ladder.steps, chosen)
-    limit = chosen.seconds if rung else max(LONGEST, chosen.seconds) if budget is None else budget
+    limit = chosen.seconds if rung else chosen.seconds + LONGEST if budget is None else budget
     if told:
         print(f"{chosen.name} ({reason}), about {duration(chosen.seconds)}"
               + (f"; then {following.name} to confirm it, about {duration(following.seconds)}"
@@ -350,7 +350,7 @@ def answer(loaded, ask, ladder, folder, simulate, within=None, budget=None, rung
     path = climb.write(folder, loaded, ask, answers, agreed)
     if told:
         print(path)
-        print(f"{loaded.name}, {in_words(ask, known[-1])}; {_verdict(known, agreed, following, rung)}")
+        print(f"{loaded.name}, {in_words(ask, known[-1])}; {_verdict(answers, agreed, following, rung)}")
     if as_json:
         last = known[-1]
         print_json({"question": ask.question.name, "value": last.value, "unit": ask.question.unit,
@@ -382,7 +382,8 @@ def _verdict(answers, agreed, following, rung):
     if agreed:
         return f"confirmed by {answers[-1].step.name}"
     if agreed is None:
-        why = ("--rung takes one" if rung else "no rung is as good and dearer" if following is None else
+        failed = [one.step.name for one in answers if one.value is None]
+        why = f"{' and '.join(failed)} gave no answer" if failed else ("--rung takes one" if rung else "no rung is as good and dearer" if following is None else
                f"{following.name} would take {duration(following.seconds)} more")
         return f"not confirmed: {why}"
     return (f"not confirmed: {answers[-2].step.name} and {answers[-1].step.name} differ by more than was expected, and"

@@ -255,6 +255,8 @@ def along_the_front(scene, fast, accurate, quiet):
     overrides, lines = (change.overrides, change.lines) if change else ({}, ())
     if fast and not overrides and (model := choose.faster_model(scene)):
         overrides, lines = model["changes"], model["lines"]
+    elif not lines:
+        lines = ["--fast: changes nothing: no faster model or grid was measured for such a scene"]
     for line in () if quiet else lines:
         print(line, file=sys.stderr)
     return overrides

@@ -33,8 +33,6 @@ TRIALS = 8
 MOST_BUILT = 100_000
 """Particles of a rung that is built for its forecast; the cost of a finer one follows from that of the one before."""
 
-
-
 MOST_FIRST = 5_000_000
 """Particles and cells of the ground of the first rung of a method, beyond which it is left out."""
 
@@ -42,7 +40,7 @@ MOST_FIRST = 5_000_000
 @dataclass(frozen=True)
 class Step:
     """A rung of the ladder of one scene. seconds: processor time of the whole command; memory [bytes], None of a model
-    without a run; expected: `Expected` error, None where it was measured in too few problems; changes: of the scene."""
+    without a run; expected: `Expected` error, None where it was measured in too few problems."""
 
     rung: Rung
     seconds: float
