@@ -6,7 +6,7 @@ import textwrap
 from dataclasses import asdict
 
 from snowmpm.cli import errors
-from snowmpm.cli.choose import OF_RUNGS, faster_model, outlook
+from snowmpm.cli.choose import OF_RUNGS, faster_model, outlook, usual_ladder
 from snowmpm.cli.options import Accurate, Fast, Json, PrecisionOption, SceneName, Settings, scene_overrides
 from snowmpm.cli.table import line_length, print_facts, print_json
 from snowmpm.cli.wording import duration
@@ -42,14 +42,15 @@ def check(
     if many := many_bodies(loaded):
         print(f"warning: {many}", file=sys.stderr)
     advice = advise(loaded)
+    usual = usual_ladder(loaded, advice.scene_facts)
     if as_json:
         print_json({"scene": loaded.name, "source": loaded.source, **advice.record(),
-                    "along": [asdict(one) for one in _with_models(loaded, advice)],
-                    "models": outlook(loaded, advice.scene_facts)})
+                    "along": [asdict(one) for one in _with_models(usual, advice)],
+                    "models": outlook(usual)})
         return
     print_facts(f"{loaded.name} ({loaded.source})", advice.facts)
     kept = [word for one in settings or () if one.partition("=")[0].strip() not in OF_RUNGS for word in ("--set", one)]
-    _print_models(loaded, shlex.join(["snowmpm", "choose", str(scene), *kept]), advice.scene_facts)
+    _print_models(outlook(usual), shlex.join(["snowmpm", "choose", str(scene), *kept]))
     _print_payments(advice)
     if advice.unaffordable:
         _console().print(f"\n[bold red]out of reach[/]: {_plain(advice.unaffordable)}; run refuses it without"
@@ -57,12 +58,12 @@ def check(
     _print_cautions(advice.cautions)
     _print_savings(advice.savings)
     if not fast and not accurate:
-        _print_alternatives(_with_models(loaded, advice))
+        _print_alternatives(_with_models(usual, advice))
 
 
-def _print_models(scene, command, facts):
-    """Two lines: what the scene as it is answers, and the cheapest model that would do. command: that says more."""
-    found = outlook(scene, facts)
+def _print_models(found, command):
+    """Two lines of an `outlook`: how good the scene as it is answers, and the cheapest model that would do. command:
+    that says more."""
     console = _console()
     if found is None:
         console.print("\n[bold]asked for[/] none of the questions of snowmpm choose")
@@ -115,14 +116,14 @@ def _print_savings(savings):
         console.print(f"  [bold]{_plain(saving.key)}[/]: {_plain(saving.says)}; {gained}")
 
 
-def _with_models(scene, advice):
-    """`Alternative`s; in place of a --fast that changes nothing the next cheaper model."""
+def _with_models(usual, advice):
+    """`Alternative`s; in place of a --fast that changes nothing the next cheaper model of a `usual_ladder`."""
     from snowmpm.advice.report import Alternative
 
     fast = next((one for one in advice.along if one.option == "--fast"), None)
     if fast and fast.seconds < advice.facts["run_time"]:
         return advice.along
-    model = faster_model(scene, advice.scene_facts)
+    model = faster_model(usual, advice.facts["run_time"])
     if model is None:
         return advice.along
     return [Alternative("--fast", model["seconds"], model["lines"]),

@@ -104,10 +104,8 @@ USUAL = 0.1
 """Error that will do where none was given [-]."""
 
 
-def outlook(scene, facts):
-    """What `check` says of a scene: the question that it is usually asked, the error of the scene as it is, the rung
-    that would do with `USUAL` error; None of a scene that is asked nothing. facts: `SceneFacts`."""
-    from snowmpm.ladder.ladder import choose as pick
+def usual_ladder(scene, facts):
+    """(`Ask`, `Ladder`) of what a scene is usually asked; None of one that is asked nothing. facts: `SceneFacts`."""
     from snowmpm.ladder.ladder import ladder_of
     from snowmpm.ladder.questions import Ask, usual_question
 
@@ -115,7 +113,17 @@ def outlook(scene, facts):
     if name is None:
         return None
     ask = Ask.of(scene, name)
-    ladder = ladder_of(scene, ask, facts=facts)
+    return ask, ladder_of(scene, ask, facts=facts)
+
+
+def outlook(usual):
+    """What `check` says of a `usual_ladder`: the question, the error of the scene as it is, the rung that would do with
+    `USUAL` error; None of None."""
+    from snowmpm.ladder.ladder import choose as pick
+
+    if usual is None:
+        return None
+    ask, ladder = usual
     own = next((step.expected for step in ladder.steps if step.name == ladder.own), None)
     chosen, reason = pick(ladder.steps, USUAL, None)
     return {"question": ask.question.name, "words": ask.question.label, "own": ladder.own,
@@ -123,23 +131,15 @@ def outlook(scene, facts):
             "error": chosen and _error(chosen.expected), "reason": reason}
 
 
-def faster_model(scene, facts=None):
+def faster_model(usual, seconds):
     """What `--fast` takes where nothing in the scheme is faster: changes to another model or grid, its seconds, and
-    lines about it; None where none was measured. facts: `SceneFacts`."""
-    from snowmpm.ladder.ladder import faster, ladder_of
-    from snowmpm.ladder.questions import Ask, usual_question
-    from snowmpm.setup.build import build
+    lines about it; None where none was measured. usual: `usual_ladder`; seconds: of the scene as it is."""
+    from snowmpm.ladder.ladder import faster
 
-    if facts is None:
-        from snowmpm.advice.facts import SceneFacts
-
-        model = build(scene)
-        facts = SceneFacts(scene, model, model.solver())
-    name = usual_question(scene)
-    if name is None:
+    if usual is None:
         return None
-    ask = Ask.of(scene, name)
-    step = faster(ladder_of(scene, ask, facts=facts).steps, facts.budget.total)
+    ask, ladder = usual
+    step = faster(ladder.steps, seconds)
     if step is None:
         return None
     return {"changes": dict(step.rung.changes), "seconds": step.seconds, "lines": (
@@ -213,18 +213,12 @@ def _path(path, scene):
     if path is None:
         return None
     from snowmpm.gis.lines import the_line
-
-    overwriting.reads(path)
-    if ask_takes_no_path(scene):
-        raise InputError("--path goes with flows on terrain in three dimensions")
-    return lambda system: the_line(path, system)
-
-
-def ask_takes_no_path(scene):
-    """Whether no model of a scene goes along a path in plan."""
     from snowmpm.ladder.flows import is_on_terrain
 
-    return not is_on_terrain(scene)
+    overwriting.reads(path)
+    if not is_on_terrain(scene):
+        raise InputError("--path goes with flows on terrain in three dimensions")
+    return lambda system: the_line(path, system)
 
 
 def interval(expected):
@@ -379,12 +373,16 @@ def in_words(ask, found):
 
 
 def _verdict(answers, agreed, following, rung):
+    """Whether the last answer is confirmed, or why not. answers: of all rungs that were tried."""
+    known = [one.step.name for one in answers if one.value is not None]
+    failed = [one.step.name for one in answers if one.value is None]
     if agreed:
-        return f"confirmed by {answers[-1].step.name}"
-    if agreed is None:
-        failed = [one.step.name for one in answers if one.value is None]
-        why = f"{' and '.join(failed)} gave no answer" if failed else ("--rung takes one" if rung else "no rung is as good and dearer" if following is None else
-               f"{following.name} would take {duration(following.seconds)} more")
-        return f"not confirmed: {why}"
-    return (f"not confirmed: {answers[-2].step.name} and {answers[-1].step.name} differ by more than was expected, and"
-            " no dearer rung is left or affordable")
+        return f"confirmed by {known[-1]}"
+    if agreed is False:
+        return (f"not confirmed: {known[-2]} and {known[-1]} differ by more than was expected, and no dearer rung is"
+                " left or affordable")
+    if failed:
+        return f"not confirmed: {' and '.join(failed)} gave no answer"
+    if rung or following is None:
+        return f"not confirmed: {'--rung takes one' if rung else 'no rung is as good and dearer'}"
+    return f"not confirmed: {following.name} would take {duration(following.seconds)} more"

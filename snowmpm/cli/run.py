@@ -253,13 +253,23 @@ def along_the_front(scene, fast, accurate, quiet):
     able = METHODS[scene.solver.method].capabilities.presets
     change = (faster(scene) if fast else more_accurate(scene)) if able or accurate else None
     overrides, lines = (change.overrides, change.lines) if change else ({}, ())
-    if fast and not overrides and (model := choose.faster_model(scene)):
+    if fast and not overrides and (model := _other_model(scene)):
         overrides, lines = model["changes"], model["lines"]
     elif not lines:
         lines = ["--fast: changes nothing: no faster model or grid was measured for such a scene"]
     for line in () if quiet else lines:
         print(line, file=sys.stderr)
     return overrides
+
+
+def _other_model(scene):
+    """What `choose.faster_model` says of a scene."""
+    from snowmpm.advice.facts import SceneFacts
+    from snowmpm.setup.build import build
+
+    model = build(scene)
+    facts = SceneFacts(scene, model, model.solver())
+    return choose.faster_model(choose.usual_ladder(scene, facts), facts.budget.total)
 
 
 def start_taichi(backend, threads):

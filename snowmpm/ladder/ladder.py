@@ -17,7 +17,7 @@ from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.stop import ends_at_rest
 from snowmpm.setup.build import build
 from snowmpm.setup.refusals import refuse_beyond
-from snowmpm.strength.reduction import PERIODS
+from snowmpm.strength.reduction import PERIODS, size_of
 from snowmpm.study.presets import FASTER
 
 NEAR = 1.25
@@ -161,7 +161,8 @@ def _cost(scene, rung, end):
     """(seconds, bytes, facts) of a scene, which is built. end [s]: when the run is expected to end, None: at its
     end_time."""
     if rung.trials:
-        facts = _facts(with_overrides(scene, {"end_time": _trial(scene)}))
+        height, gravity = size_of(scene)
+        facts = _facts(with_overrides(scene, {"end_time": PERIODS * (height / gravity) ** 0.5}))
         seconds, size = refined(facts, facts.dx)
         return facts.budget.start + TRIALS * (seconds - facts.budget.start), size, facts
     facts = _facts(scene, end)
@@ -171,13 +172,6 @@ def _cost(scene, rung, end):
 def _facts(scene, end=None):
     model = build(scene)
     return SceneFacts(scene, model, model.solver(), until=end)
-
-
-def _trial(scene):
-    """Time of a trial of the strength [s]."""
-    model = build(scene)
-    gravity = max(SceneFacts(scene, model, None).gravity, 1e-9)
-    return PERIODS * (model.depth / gravity) ** 0.5
 
 
 def choose(steps, within=None, budget=None):

@@ -64,7 +64,7 @@ def reduce_strength(scene: Scene, folder: Path, materials: Iterable[str] | None 
     """`Reduction` of a scene, its runs in `folder`. materials: names, all that have strength by default; told: called
     with each trial. Raises InputError where nothing has strength, or the factor is beyond the limits."""
     names = _chosen(scene, materials)
-    height, gravity = _size(scene)
+    height, gravity = size_of(scene)
     period = math.sqrt(height / gravity)
     duration = PERIODS * period if duration is None else duration
     limit = SLIDES * math.sqrt(gravity * height)
@@ -106,7 +106,7 @@ def _chosen(scene, materials):
     return tuple(materials or able)
 
 
-def _size(scene):
+def size_of(scene: Scene) -> tuple[float, float]:
     """Height of the material [m] and size of gravity [m/s2], from the particles of the scene at its start."""
     from snowmpm.setup.build import build
 
