@@ -37,8 +37,12 @@ def test_sums_of_steps_give_the_numbers_of_flow_py(degrees, exponent, cells, rea
     assert np.nanmax(found.energy) == pytest.approx(energy, rel=0.006)
 
 
-@pytest.mark.parametrize("exponent", [8, 75])
-@pytest.mark.parametrize("degrees", [0.0, 10.0, 22.5, 35.0, 45.0])
+LEAST = pytest.mark.xfail(strict=True, reason="its largest energy is 3.01 % low: the chord that ends loops of ten cells")
+DIRECTIONS = [pytest.param(degrees, exponent, marks=LEAST if (degrees, exponent) == (35.0, 75) else ())
+              for degrees in (0.0, 10.0, 22.5, 35.0, 45.0) for exponent in (8, 75)]
+
+
+@pytest.mark.parametrize(("degrees", "exponent"), DIRECTIONS)
 def test_run_out_does_not_depend_on_the_direction_of_the_raster(degrees, exponent):
     """Where the fall over the way is tan(25 degrees); Flow-Py is 7.6 % short at 22.5 degrees."""
     z, start, along = plane(degrees)
@@ -47,7 +51,7 @@ def test_run_out_does_not_depend_on_the_direction_of_the_raster(degrees, exponen
     reach = along[np.isfinite(found.energy)].max()
     assert reach == pytest.approx(fall / ALPHA, rel=0.02)
     most = fall - ALPHA * along[z <= z.min() + 1e-9].min()
-    assert np.nanmax(found.energy) == pytest.approx(most, rel=0.04)
+    assert np.nanmax(found.energy) == pytest.approx(most, rel=0.03)
     assert np.nanmin(found.angle) == pytest.approx(25.0, abs=0.5)
 
 
@@ -147,7 +151,7 @@ def test_beside_flow_py_on_three_terrains():
     for row in rows:
         assert float(row["common_area_steps"]) > 0.99 and float(row["energy_difference_steps_m"]) < 0.5
         assert float(row["longest_steps_m"]) == pytest.approx(float(row["longest_flow_py_m"]), rel=0.005)
-        assert float(row["common_area_straight"]) > 0.7
+        assert float(row["common_area_straight"]) >= 0.75
 
 
 def test_the_first_of_two_ways_without_end_is_an_error_too(monkeypatch):
