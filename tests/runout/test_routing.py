@@ -37,7 +37,7 @@ def test_sums_of_steps_give_the_numbers_of_flow_py(degrees, exponent, cells, rea
     assert np.nanmax(found.energy) == pytest.approx(energy, rel=0.006)
 
 
-LEAST = pytest.mark.xfail(strict=True, reason="its largest energy is 3.01 % low: the chord that ends loops of ten cells")
+LEAST = pytest.mark.xfail(strict=True, reason="largest energy 3.01 % low, by the chord that ends loops of ten cells")
 DIRECTIONS = [pytest.param(degrees, exponent, marks=LEAST if (degrees, exponent) == (35.0, 75) else ())
               for degrees in (0.0, 10.0, 22.5, 35.0, 45.0) for exponent in (8, 75)]
 
