@@ -25,6 +25,13 @@ def parsed():
     return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
+def test_every_guide_has_its_place_on_the_site():
+    """CI builds the site strictly, but only with the extra `docs`; this says it without."""
+    placed = set(re.findall(r"^ +- ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE))
+    guides = {path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").glob("*.md")}
+    assert guides - placed == set()
+
+
 def test_every_module_class_and_function_is_documented():
     bare = []
     for path, tree in parsed().items():
