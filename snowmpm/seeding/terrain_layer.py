@@ -15,7 +15,7 @@ CELL_SAMPLES = 4  # along each side of a lattice cell: places at which a thickne
 SURVEY = 4000  # points that measure the mean slope of a region
 
 
-def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, columns=False,
+def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, rows=None, columns=False,
                   thickness=None, rim=None):
     """Positions (n, 3) [m] and volumes (n,) [m3] of the layer between two distances from the terrain.
 
@@ -23,13 +23,16 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, c
 
     S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit
     normal, smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart
-    along the ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no
+    along the ground; sub-layers about `spacing` thick, or so many `rows`, are stacked along n. The map is continuous: no gap and no
     overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sheet, which
     stands over its region as release polygons are drawn: X = S + height, volume = |S_u x S_v| du dv (top - bottom);
     thickness: of such a sheet where it is not top - bottom, thickness(plan (n, 2)) -> (n,) [m], 0 where there is none;
     rim: `Rim` at which columns are divided, of a sheet that is as thick everywhere.
     """
-    n_rows, row, spacing = (1, top - bottom, spacing) if columns else sub_layers(bottom, top, spacing, 3)
+    if columns or rows:
+        n_rows, row = rows or 1, (top - bottom) / (rows or 1)
+    else:
+        n_rows, row, spacing = sub_layers(bottom, top, spacing, 3)
     box = np.prod(region.upper - region.lower) / spacing**2
     memory.require(POINT_BYTES * box * n_rows, f"{region.label}: the lattice over it")
     lattice = Lattice.over(region, surface, spacing, SMOOTHING * dx)

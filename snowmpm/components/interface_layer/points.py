@@ -88,7 +88,7 @@ def _on_profile(surface, region, thickness, spacing, dx):
 def _on_terrain(surface, region, thickness, spacing, dx):
     """Two sheets of the same columns of snow tell the direction of each."""
     sheets = [terrain_layer(surface, region, low * thickness, (low + 1.0) * thickness, dx=dx, spacing=spacing,
-                            sampling="regular", rng=None, columns=True) for low in (0.0, 0.5)]
+                            sampling="regular", rng=None, rows=1) for low in (0.0, 0.5)]
     (middle, volumes), (top, _) = sheets
     normals = top - middle
     return top, volumes, normals / np.linalg.norm(normals, axis=1, keepdims=True)

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 import snowmpm
+from snowmpm.components.interface_layer.points import points_of
 from snowmpm.errors import InputError
 from snowmpm.materials import MaterialPoint
 from snowmpm.mpm.solver import MpmSolver
@@ -205,6 +206,17 @@ def slope_in_space():
         "materials": {"weak": {**W3, "critical_slope": 0.4}, "slab": snow},
         "bodies": [{"name": "weak_layer", "material": "weak", "interface": 2, "shape": weak},
                    {"name": "slab", "material": "slab", "shape": slab}]}))
+
+
+def test_points_in_space_lie_along_the_normal_of_their_ground():
+    """By them the layer tells what presses it from what shears it."""
+    simulation = slope_in_space()
+    scene, angle = simulation.scene, np.radians(40.0)
+    x, _, columns = points_of(scene, scene.bodies[0], simulation.model.surface, "bodies.0.shape")
+    normal = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    thickness, spacing = scene.bodies[0].shape.top, scene.solver.spacing(3)
+    assert columns[:, :3] == pytest.approx(np.tile(normal / thickness, (len(x), 1)), abs=1e-6 / thickness)
+    assert x @ normal == pytest.approx(thickness + 0.5 * spacing, abs=1e-5)
 
 
 @pytest.mark.slow
