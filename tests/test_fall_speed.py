@@ -7,7 +7,7 @@ import pytest
 
 import snowmpm
 from snowmpm.errors import SimulationError
-from snowmpm.running.fall import EXCESS, fall_speed
+from snowmpm.running.fall import EXCESS, THROWN, fall_speed
 from snowmpm.scenes import Scene
 from snowmpm.setup.build import build
 from snowmpm.stepping.abilities import course
@@ -64,6 +64,12 @@ def test_snow_below_all_ground_has_no_fall_and_no_fault(scene):
     made = scene(0.0, solver={"method": "mpm", "dx": 5.0},
                  bodies=[{"name": "low", "material": "snow", "shape": box}])
     assert math.isfinite(fall_speed(build(made)))
+
+
+def test_snow_that_other_snow_throws_is_no_fault():
+    """The fastest of flow_cold_dense has 61.4 m/s, of a fall of 36.7."""
+    assert fall_speed(build(snowmpm.load_scene("flow_cold_dense"))) == pytest.approx(THROWN * 36.7, rel=0.01)
+    assert fall_speed(build(snowmpm.load_scene("flow_cold_dense"))) > 1.5 * 61.4
 
 
 @pytest.mark.parametrize("card", ["samos_at_medium", "samos_at_large"])
