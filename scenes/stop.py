@@ -1,8 +1,10 @@
-"""Criterion for a run to end before its end_time."""
+"""When a run has something to compute: from its first event on, and until its snow rests."""
 
+import math
 from typing import ClassVar
 
 from snowmpm import components
+from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.spec import Fraction, Positive, Spec
 
 
@@ -14,8 +16,8 @@ class Stop(Spec):
     EXAMPLES: ClassVar = {"at_rest": False, "moving_share": 0.01, "momentum_share": 0.05}
 
     at_rest: bool | None = None
-    """whether to end at rest, before end_time. When missing: yes if snow flows over a terrain (dem, mesh, or a profile
-    without events) and the scene has no saw test, no reference, no obstacle that moves and no structure that another
+    """whether to end at rest, before end_time. When missing: yes if snow flows over a terrain (dem, mesh or profile)
+    and the scene has no saw test, no reference, no obstacle that moves and no structure that another
     program computes"""
     moving_share: Fraction | None = None
     """share of the mass that may still be faster than 1 m/s [-]; 0.02 when missing"""
@@ -33,4 +35,16 @@ def ends_at_rest(scene):
             item.motion for item in scene.obstacles) or any(
             component.moves_on for component in components.used(scene)):
         return False
-    return scene.terrain.kind in ("dem", "mesh") or (scene.terrain.kind == "profile" and not scene.events)
+    return scene.terrain.kind in ("dem", "mesh", "profile")
+
+
+def rests_until(scene):
+    """Time [s] of the last frame before the first event of a scene that begins settled: until then nothing moves, and
+    nothing is computed. 0 where something may move without an event. A saw test is followed from its start."""
+    if scene.initial.stress != "settle" or scene.saw_test or not scene.events or scene.forces or scene.switch or (
+            scene.zone or isinstance(scene.gravity, Gravity)) or any(
+            body.start_time > 0.0 for body in scene.bodies) or any(item.motion for item in scene.obstacles) or not all(
+            component.rests for component in components.used(scene)):
+        return 0.0
+    first = min(min(event.get("start", 0.0) for event in scene.events), scene.end_time)
+    return scene.output.interval * math.floor(first / scene.output.interval * (1.0 + 1e-9))

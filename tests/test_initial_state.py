@@ -10,6 +10,7 @@ from snowmpm.errors import InputError, SimulationError
 from snowmpm.scenes import library
 from snowmpm.scenes.loader import load_scene
 from snowmpm.scenes.schema import Scene
+from snowmpm.scenes.stop import rests_until
 from snowmpm.stepping import settling
 
 G = 9.81
@@ -136,3 +137,36 @@ def test_wrong_settings_are_named(changes, expected):
     with pytest.raises(InputError) as error:
         load_scene(name, changes)
     assert expected in str(error.value) and f"{name}.toml" in str(error.value)
+
+
+PUSH = {"kind": "load", "body": "slab", "ramp": 0.02, "centre": [2.0, -0.5], "radius": 0.5, "force": [0.0, -2e3]}
+
+
+def pushed(start, **more):
+    """A slab at rest that is loaded from `start` [s] on, with a frame every 0.1 s."""
+    return cut_slab("settle", output={"interval": 0.1}, events=[PUSH | {"start": start}], **more)
+
+
+def test_a_settled_scene_begins_at_the_last_frame_before_its_first_event():
+    """Until then it rests (the tests above): the same as if the event came at once, and nothing is computed for it."""
+    late, soon = Simulation(pushed(0.35)), Simulation(pushed(0.05))
+    assert late.time == pytest.approx(0.3) and soon.time == 0.0
+    for simulation, until in ((late, 0.5), (soon, 0.2)):
+        while simulation.time < until:
+            simulation.step(until=until)
+    assert late.solver.steps == soon.solver.steps
+    x, y = (simulation.particles["position"] for simulation in (late, soon))
+    start = soon.model.population.positions
+    assert np.abs(y - start).max() > 100.0 * np.abs(x - y).max()  # time itself is rounded otherwise
+
+
+@pytest.mark.parametrize("more", [
+    {"events": []}, {"initial": {"stress": "geostatic"}},
+    {"forces": [{"kind": "acceleration", "value": [0.0, 0.1]}]},
+    {"gravity": {"value": G, "times": [0.0, 1.0], "values": [G, 0.9 * G]}},
+    {"obstacles": [{"name": "hammer", "shape": {"kind": "sphere", "centre": [5.5, 2.5], "radius": 0.2},
+                    "motion": {"velocity": [-1.0, 0.0]}}]}])
+def test_what_may_move_without_an_event_is_computed_from_time_zero(more):
+    spec = pushed(0.35).model_dump(by_alias=True, exclude_unset=True)
+    assert rests_until(Scene.model_validate(spec)) == pytest.approx(0.3)
+    assert rests_until(Scene.model_validate(spec | more)) == 0.0

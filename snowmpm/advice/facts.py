@@ -12,6 +12,7 @@ from snowmpm.advice.budget import Budget
 from snowmpm.advice.calibration import measured_speed
 from snowmpm.particles.blocks import keys_of
 from snowmpm.running.forecast import forecast
+from snowmpm.scenes.stop import rests_until
 from snowmpm.schemes import BASES
 from snowmpm.stepping.abilities import expected_dt
 
@@ -38,7 +39,7 @@ class SceneFacts:
     def __init__(self, scene, model, solver, begin=0.0, until=None):
         """begin, until [s]: time at which the method takes over, and hands over, of a scene with several."""
         self.scene, self.model, self.solver = scene, model, solver
-        self.begin, self._until = begin, until
+        self.begin, self._until = begin or rests_until(scene), until
         self.dx, self.dim = scene.solver.dx, scene.dimension
 
     @property

@@ -81,6 +81,8 @@ class Component:
     """of scene -> what it makes, `setup.model.Model.made[name]`, and the `solids.Obstacle`s of that"""
     moves_on: bool = False
     """whether something moves on when the snow has come to rest"""
+    rests: bool = False
+    """whether nothing of it changes while the snow rests"""
     steps: str = ""
     """of simulation -> what computes its steps in its place, by `step(until)`"""
     accelerates: str = ""

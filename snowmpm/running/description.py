@@ -6,6 +6,7 @@ from snowmpm import components, memory
 from snowmpm.io import layout
 from snowmpm.running.forecast import forecast
 from snowmpm.running.friction_class import class_chosen
+from snowmpm.scenes.stop import rests_until
 from snowmpm.scenes.switch import parts
 from snowmpm.stepping.abilities import expected_dt
 
@@ -18,7 +19,7 @@ def written_fields(scene):
 
 def expected_run_file(scene, particles):
     """Expected size of the run file [bytes]."""
-    frames = 1 + max(1, round(scene.end_time / scene.output.interval))
+    frames = 1 + max(1, round((scene.end_time - rests_until(scene)) / scene.output.interval))
     components = 3 + sum({"velocity": 3, "stress": 6}.get(name, 1) for name in written_fields(scene))
     return layout.expected_size(scene.dimension, frames, particles, components)
 
@@ -50,6 +51,8 @@ def _acting(model):
     forces = {f"{i} {force.kind}": f"{force.told()}{force.when}" for i, force in enumerate(scene.forces)}
     if forces:
         told["forces"] = forces
+    if begin := rests_until(scene):
+        told["begins"] = f"at t = {begin:g} s, the last frame before the first event: until then the settled snow rests"
     for component in components.used(scene):
         told.update(component.told(scene))
     return told

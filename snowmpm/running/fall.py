@@ -22,7 +22,8 @@ a fall, 61 m/s, and all energies balance."""
 
 def fall_speed(model):
     """sqrt(v^2 + 2 g H) [m/s], v the largest speed of the snow at the start and H the fall from its highest place to
-    the lowest of the ground, with DEEPER and EXCESS or THROWN; inf where more than the weight drives it, or it may fall for ever.
+    the lowest of the ground, with DEEPER and EXCESS or THROWN; inf where more than the weight drives it, or it may fall
+    for ever.
 
     Energy: snow that nothing but its weight drives cannot be faster, but for snow that other snow throws.
     """

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from snowmpm.running.rest import HOLD
-from snowmpm.scenes.stop import ends_at_rest
+from snowmpm.scenes.stop import ends_at_rest, rests_until
 from snowmpm.stepping.abilities import course as course_of
 from snowmpm.stepping.abilities import expected_dt
 
@@ -24,10 +24,11 @@ def forecast(scene, solver):
     """`Forecast` of a scene: with a fixed step, or one as the first, until end_time; a method that knows its course
     says more."""
     # No step goes beyond a frame
+    begin = rests_until(scene)
     end, first = scene.end_time, scene.solver.dt or min(expected_dt(solver)[0], scene.output.interval)
     course = course_of(solver, end, scene.output.interval)
     if course is None:
-        return Forecast(end / first, first, end)
+        return Forecast((end - begin) / first, first, end)
     if ends_at_rest(scene):
         end = min(end, course.rests + (scene.stop.hold or HOLD * end))
     steps = course.steps + max(0.0, end - course.rests) / course.last

@@ -29,6 +29,7 @@ from snowmpm.running.relay import HandOver, Relay
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
+from snowmpm.scenes.stop import rests_until
 from snowmpm.setup.build import build
 from snowmpm.setup.input_files import digests
 from snowmpm.setup.mass_at_start import mass_doubts
@@ -107,6 +108,8 @@ class Simulation(Glance):
                 warnings.warn(str(doubt), stacklevel=2)
         if scene.initial.stress == "settle" and resumed is None and not self._begins_at_rest():
             self.settle()
+        if resumed is None:
+            self.solver.time = rests_until(scene)
         self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
         """Record of the saw test (`snowmpm.saw_test.crack`); None if there is none."""
         if self.crack and resumed is None:

@@ -23,9 +23,10 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, r
 
     S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit
     normal, smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart
-    along the ground; sub-layers about `spacing` thick, or so many `rows`, are stacked along n. The map is continuous: no gap and no
-    overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sheet, which
-    stands over its region as release polygons are drawn: X = S + height, volume = |S_u x S_v| du dv (top - bottom);
+    along the ground; sub-layers about `spacing` thick, or so many `rows`, are stacked along n. The map is continuous:
+    no gap and no overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one
+    sheet, which stands over its region as release polygons are drawn: X = S + height, volume = |S_u x S_v| du dv
+    (top - bottom);
     thickness: of such a sheet where it is not top - bottom, thickness(plan (n, 2)) -> (n,) [m], 0 where there is none;
     rim: `Rim` at which columns are divided, of a sheet that is as thick everywhere.
     """

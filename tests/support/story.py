@@ -16,6 +16,7 @@ class Story:
 
     def __init__(self, name, **overrides):
         self.simulation = snowmpm.Simulation(snowmpm.load_scene(name, overrides))
+        self.simulation.solver.time = 0.0  # the rest before the trigger is computed here, and looked at
         self.materials = list(self.simulation.scene.materials)
         first = self._sorted()
         self.home, material = first["position"], first["material"]

@@ -53,5 +53,6 @@ def refuse_many(scene):
 
 COMPONENTS.add(Component(
     "body_contact", __package__, "bodies that part", asked, order=10, keys={"bodies": OfBody},
+    rests=True,
     owns=("the velocity fields of nodes",), beside=('water.scheme = "v_w"',), refuse=refuse_many,
     fields=velocity_fields, cautions=f"{__package__}.cautions", atlas=f"{__package__}.atlas"))

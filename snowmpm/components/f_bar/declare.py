@@ -49,7 +49,7 @@ def refuse_elsewhere(scene):
 
 
 COMPONENTS.add(Component(
-    "f_bar", __package__, "one change of volume a cell", asked, order=30,
+    "f_bar", __package__, "one change of volume a cell", asked, order=30, rests=True,
     keys={"solver": OfSolver, "solver.implicit": OfImplicit},
     owns=("the deformation of particles",), beside=("water", "solver.kernel"), refuse=refuse_elsewhere,
     cautions=f"{__package__}.cautions"))

@@ -87,7 +87,7 @@ def _refuse_body(scene, key, body):
 
 
 COMPONENTS.add(Component(
-    "interface_layer", __package__, "layers thinner than a cell", asked, order=20,
+    "interface_layer", __package__, "layers thinner than a cell", asked, order=20, rests=True,
     keys={"bodies": OfBody, "saw_test.weak_layer": OfWeakLayer},
     owns=("the deformation of particles", "the spare number of a node", "the velocity fields of nodes"),
     beside=("switch", "zone", "water", "initial.from", 'initial.relaxation = "static"', "solver.kernel"),

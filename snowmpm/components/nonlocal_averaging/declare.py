@@ -19,6 +19,6 @@ def asked(scene):
 
 
 COMPONENTS.add(Component(
-    "nonlocal_averaging", __package__, "averages over a length", asked, order=60,
+    "nonlocal_averaging", __package__, "averages over a length", asked, order=60, rests=True,
     beside=('initial.relaxation = "static"',), cautions=f"{__package__}.cautions",
     atlas=f"{__package__}.atlas"))
