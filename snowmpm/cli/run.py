@@ -254,7 +254,7 @@ def along_the_front(scene, fast, accurate, quiet):
     change = (faster(scene) if fast else more_accurate(scene)) if able or accurate else None
     overrides, lines = (change.overrides, change.lines) if change else ({}, ())
     if fast and not overrides and (model := _other_model(scene)):
-        overrides, lines = model["changes"], model["lines"]
+        overrides, lines = model["changes"], (*model["lines"], *(() if model["changes"] else lines[1:]))
     elif not lines:
         lines = ["--fast: changes nothing: no faster model or grid was measured for such a scene"]
     for line in () if quiet else lines:
