@@ -23,12 +23,22 @@ STATISTICS, LINE, BLOCK, ROUTING = "alpha-beta", "energy line", "block", "routin
 IN_PROFILE = "block in profile"
 """The same block: but of short slopes with much pressure in the snow, so that its errors are others."""
 DEPTH, MPM, SPH = "depth", "mpm", "sph"
+ALONG = ("run-out", "peak-pressure")
+TOLD = {STATISTICS: ("run-out",), LINE: ALONG, BLOCK: ALONG, ROUTING: (*ALONG, "affected-area")}
+"""Questions that models without a flow answer."""
+ZONE, SWITCH = "zone", "mpm, then depth"
+ZONE_CELL, ZONE_CELLS = 5.0, (1, 2)
+"""Cells of its columns at most [m], and of its particles over the depth of the snow."""
+AROUND = 8.0
+"""Cells of columns between an obstacle and the border of a zone."""
 BLIND = {
     STATISTICS: "this avalanche: it knows the profile of the path alone, and the longest avalanches of other paths",
     LINE: "friction, volume and width: one angle for all avalanches (25 degrees)",
     BLOCK: "width, spreading and volume: one block with the friction of the ground",
     ROUTING: "friction, volume and time: one angle, spread over the raster",
     DEPTH: "what happens within the depth, the laws of the snow, flow round obstacles",
+    ZONE: "within the depth of the flow, what happens far from the obstacles",
+    SWITCH: "what happens within the depth, once half of the snow is faster than 5 m/s",
     MPM: "the air, and what is smaller than a cell",
     SPH: "the air, what is smaller than a particle, and the ground's friction but Coulomb's",
 }
@@ -39,8 +49,10 @@ def rungs(facts, ask):
     scene = facts.scene
     on_terrain = is_on_terrain(scene)
     if on_terrain:
-        yield from _without_flow(facts, ask)
+        if not scene.events:  # what must break first does not flow from the start
+            yield from _without_flow(facts, ask)
         yield from _in_plan(facts)
+        yield from _in_two_methods(facts)
     elif scene.dimension == 2 and scene.terrain is not None and scene.terrain.kind == "profile":
         yield from _block_in_profile(facts, ask)
     for method in (MPM,) if on_terrain else (MPM, SPH):  # SPH fills the ground of a whole valley with particles
@@ -81,6 +93,33 @@ def _in_plan(facts):
             yield Rung(_plan_name(cell), BLIND[DEPTH], in_plan(facts.scene, cell))
 
 
+def _in_two_methods(facts):
+    """Columns with particles around the obstacles, and particles first with columns once they flow."""
+    scene, extents = facts.scene, np.ptp(facts.model.population.positions[:, :2], axis=0)
+    columns = METHODS[scene.solver.method].capabilities.plan
+    cells = [cell for cell in PLAN_CELLS if np.prod(extents) >= LEAST_CELLS * cell**2]
+    if not columns and not scene.obstacles:
+        for cell in cells:
+            yield Rung(f"{SWITCH}, {cell:g} m", BLIND[SWITCH], {
+                "switch": [{"to": DEPTH, "solver": {"dx": cell, **kept(scene)}}]})
+    if scene.obstacles and cells:
+        cell = next((one for one in cells if one <= ZONE_CELL), cells[-1])
+        bounds = np.array([one.bounds_at(0.0) for one in facts.model.obstacles])[:, :, :2]
+        low, high = bounds[:, 0].min(axis=0) - AROUND * cell, bounds[:, 1].max(axis=0) + AROUND * cell
+        region = {axis: [float(low[i]), float(high[i])] for i, axis in enumerate("xy")}
+        for over in ZONE_CELLS:
+            near = {"dx": spacing(snow_depth(facts), over), **kept(scene)}
+            yield Rung(in_cells(ZONE, over), BLIND[ZONE], {
+                **in_plan(scene, cell), **_resolved_snow(scene), "zone": {"region": region, "solver": near}})
+
+
+def _resolved_snow(scene):
+    """Changes that give the snow of a depth-averaged scene a law, by which it resists within its depth."""
+    if not METHODS[scene.solver.method].capabilities.plan:
+        return {}
+    return {f"materials.{name}": {**RESOLVED, "density": law.density} for name, law in scene.materials.items()}
+
+
 def in_plan(scene, cell):
     """Changes that make a scene depth-averaged on cells of this side [m]."""
     if METHODS[scene.solver.method].capabilities.plan:
@@ -96,8 +135,7 @@ def kept(scene):
 def _resolved(facts, method):
     scene, depth = facts.scene, snow_depth(facts)
     in_plan = METHODS[scene.solver.method].capabilities.plan
-    snow = {"initial.stress": "geostatic", **{f"materials.{name}": {**RESOLVED, "density": law.density}
-                                              for name, law in scene.materials.items()}} if in_plan else {}
+    snow = {"initial.stress": "geostatic", **_resolved_snow(scene)} if in_plan else {}
     for cells in CELLS:
         dx = spacing(depth, cells)
         own = {"solver.dx": dx} if scene.solver.method == method else {
@@ -153,7 +191,8 @@ def _without_flow(facts, ask):
 
     ignored = ignored_parts(facts.scene)
     for name, answers in ((STATISTICS, statistics), (LINE, line), (BLOCK, slides), (ROUTING, routed)):
-        if name == BLOCK and block_friction(facts.model.friction.law) is None:
+        if ask.question.name not in TOLD[name] or (
+                name == BLOCK and block_friction(facts.model.friction.law) is None):
             continue
         blind = f"{BLIND[name]}; of this scene {', '.join(ignored)}" if ignored else BLIND[name]
         yield Rung(name, blind, answers=answers, unlike=bool(ignored))

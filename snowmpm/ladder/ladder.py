@@ -8,6 +8,7 @@ from snowmpm import components, memory
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.refinement import refined
 from snowmpm.errors import InputError
+from snowmpm.handover.outlook import legs
 from snowmpm.ladder.questions import FLOW, RELEASE, REST, SAW, STRENGTH
 from snowmpm.ladder.rung import Rung
 from snowmpm.measured import models
@@ -104,7 +105,9 @@ def ladder_of(scene, ask, only=None, facts=None):
             refuse_beyond(changed)
             near = before.get(method)
             finer = near.dx / changed.solver.dx if near else 0.0
-            if finer > 1.0 and (scaled or near.budget.n * finer**near.dim > MOST_BUILT) and not rung.trials:
+            if changed.switch or changed.zone:
+                seconds, size = _cost_of_two(changed)
+            elif finer > 1.0 and (scaled or near.budget.n * finer**near.dim > MOST_BUILT) and not rung.trials:
                 seconds, size = refined(near, changed.solver.dx)
             elif _pieces(facts, changed) > MOST_FIRST:
                 refused[rung.name] = f"more than {MOST_FIRST / 1e6:g} million cells and particles on its coarsest grid"
@@ -167,6 +170,14 @@ def _cost(scene, rung, end):
         return facts.budget.start + TRIALS * (seconds - facts.budget.start), size, facts
     facts = _facts(scene, end)
     return *refined(facts, facts.dx), facts
+
+
+def _cost_of_two(scene):
+    """(seconds, bytes) of a scene whose snow changes its method, or has two."""
+    model = build(scene)
+    each = [SceneFacts(leg.scene, leg.model, leg.solver, leg.begin, leg.end) for leg in legs(model, model.solver())]
+    seconds, size = zip(*(refined(facts, facts.dx) for facts in each), strict=True)
+    return sum(seconds) - sum(facts.budget.start for facts in each[1:]), sum(size)
 
 
 def _facts(scene, end=None):

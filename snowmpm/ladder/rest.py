@@ -1,5 +1,7 @@
 """Rungs for what is at rest or fails: slope stability, settlement, release."""
 
+import numpy as np
+
 from snowmpm.ladder.questions import RELEASE, STRENGTH
 from snowmpm.ladder.rung import CELLS, Rung, in_cells, nearest_cells, spacing
 from snowmpm.ladder.saw_tests import INTERFACE
@@ -15,7 +17,7 @@ BLIND = {
     REDUCED: "what is smaller than a cell; a surface of failure is a cell wide",
     IMPLICIT: "swings and waves: balances of forces, one after the other",
     INTERFACE: "stress and waves within the weak layer, what is smaller than a cell",
-    EXPLICIT: "what is smaller than a cell; it swings before it rests",
+    EXPLICIT: "what is smaller than a cell",
 }
 
 
@@ -34,14 +36,24 @@ def strength_rungs(facts, ask):
 
 
 def rest_rungs(facts, ask):
-    """`Rung`s for settlement: solved balances, and explicit steps, on several grids."""
+    """`Rung`s for settlement: solved balances, and damped explicit steps, on several grids."""
     scene, depth = facts.scene, facts.model.depth
-    for method, solver in ((IMPLICIT, {"precision": "f64", "implicit": {"time": "quasi_static"}}), (EXPLICIT, {})):
+    damped = {} if scene.get("damping") else {"damping": {"coefficient": critical_damping(facts)}}
+    for method, solver, more in (
+            (IMPLICIT, {"precision": "f64", "implicit": {"time": "quasi_static"}}, {"damping": None}),
+            (EXPLICIT, {}, damped)):
         for cells in CELLS[2:]:
             dx = spacing(depth, cells)
             own = {"solver.dx": dx} if scene.solver.method == method else {
                 "solver": {"method": method, "dx": dx, **solver}}
-            yield Rung(in_cells(method, cells), BLIND[method], own)
+            yield Rung(in_cells(method, cells), BLIND[method], {**own, **more})
+
+
+def critical_damping(facts):
+    """Coefficient [1/s] that lets the slowest swing of the snow over its depth H go over into creep,
+    2 omega with omega = pi c / (2 H), c the speed of its waves."""
+    slowest = min(law.wave_speed() for law in facts.model.laws)
+    return float(f"{np.pi * slowest / facts.model.depth:.3g}")
 
 
 def release_rungs(facts, ask):
@@ -67,4 +79,6 @@ def own_name(facts, group):
         return in_cells(REDUCED, nearest_cells(facts.model.depth, facts.dx, STRENGTH_CELLS))
     if group == RELEASE:
         return _times(_kind(facts.scene), 1.0)
-    return in_cells(facts.scene.solver.method, nearest_cells(facts.model.depth, facts.dx))
+    method = facts.scene.solver.method
+    swings = "" if method == IMPLICIT or facts.scene.get("damping") else "undamped "
+    return swings + in_cells(method, nearest_cells(facts.model.depth, facts.dx))

@@ -86,13 +86,19 @@ def answered(scene, asks, step):
             run = Run(folder / "run")
             return {question: answer_of(run, ask) for question, ask in asks.items()}, seconds
         write_text(folder / "scene.toml", scene.to_toml())
-        values, each = {}, []
+        values, each, refused = dict.fromkeys(asks), [], None
         for question, ask in asks.items():
             place = [] if ask.place is None else ["--at", ",".join(map(str, ask.place))]
-            each.append(spent(["run", folder / "scene.toml", "--question", question, "--rung", step.name, *place, "-o",
-                               folder / question]))
+            try:
+                each.append(spent(["run", folder / "scene.toml", "--question", question, "--rung", step.name, *place,
+                                   "-o", folder / question]))
+            except SimulationError as error:  # a formula answers some of the questions
+                refused = error
+                continue
             record = json.loads((folder / question / climb.ANSWER).read_text(encoding="utf-8"))
             values[question] = record["rungs"][0]["value"]
+        if not each:
+            raise refused
         return values, min(each)
 
 
