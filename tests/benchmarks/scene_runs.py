@@ -51,7 +51,7 @@ class Stages:
             if hasattr(solver, name):
                 setattr(solver, name, self._timed(stage, getattr(solver, name)))
         if self.on_grid:
-            solver.meet_surfaces = self._timed("contact", solver.meet_surfaces)
+            solver.grid.apply_contact = self._timed("contact", solver.grid.apply_contact)
         step = self._timed("step", solver.step)
 
         def counted(dt):
