@@ -40,11 +40,14 @@ def ends_at_rest(scene):
 
 def rests_until(scene):
     """Time [s] of the last frame before the first event of a scene that begins settled: until then nothing moves, and
-    nothing is computed. 0 where something may move without an event. A saw test is followed from its start."""
+    nothing is computed. 0 where something may move without an event, or no event comes before the end. A saw test is
+    followed from its start."""
     if scene.initial.stress != "settle" or scene.saw_test or not scene.events or scene.forces or scene.switch or (
             scene.zone or isinstance(scene.gravity, Gravity)) or any(
             body.start_time > 0.0 for body in scene.bodies) or any(item.motion for item in scene.obstacles) or not all(
             component.rests for component in components.used(scene)):
         return 0.0
-    first = min(min(event.get("start", 0.0) for event in scene.events), scene.end_time)
+    first = min(event.get("start", 0.0) for event in scene.events)
+    if first >= scene.end_time:
+        return 0.0
     return scene.output.interval * math.floor(first / scene.output.interval * (1.0 + 1e-9))

@@ -161,7 +161,7 @@ def test_a_settled_scene_begins_at_the_last_frame_before_its_first_event():
 
 
 @pytest.mark.parametrize("more", [
-    {"events": []}, {"initial": {"stress": "geostatic"}},
+    {"events": []}, {"end_time": 0.35}, {"initial": {"stress": "geostatic"}},
     {"forces": [{"kind": "acceleration", "value": [0.0, 0.1]}]},
     {"gravity": {"value": G, "times": [0.0, 1.0], "values": [G, 0.9 * G]}},
     {"obstacles": [{"name": "hammer", "shape": {"kind": "sphere", "centre": [5.5, 2.5], "radius": 0.2},

@@ -23,6 +23,8 @@ STATISTICS, LINE, BLOCK, ROUTING = "alpha-beta", "energy line", "block", "routin
 IN_PROFILE = "block in profile"
 """The same block: but of short slopes with much pressure in the snow, so that its errors are others."""
 DEPTH, MPM, SPH = "depth", "mpm", "sph"
+SHEET = 0.75
+"""Cells below which the middle of the topmost particle lies where there is one sheet of them."""
 ALONG = ("run-out", "peak-pressure")
 TOLD = {STATISTICS: ("run-out",), LINE: ALONG, BLOCK: ALONG, ROUTING: (*ALONG, "affected-area")}
 """Questions that models without a flow answer."""
@@ -37,8 +39,8 @@ BLIND = {
     BLOCK: "width, spreading and volume: one block with the friction of the ground",
     ROUTING: "friction, volume and time: one angle, spread over the raster",
     DEPTH: "what happens within the depth, the laws of the snow, flow round obstacles",
-    ZONE: "within the depth of the flow, what happens far from the obstacles",
-    SWITCH: "what happens within the depth, once half of the snow is faster than 5 m/s",
+    ZONE: "what happens within the depth of the flow far from the obstacles",
+    SWITCH: "what happens within the depth of the flow once half of the snow is faster than 5 m/s",
     MPM: "the air, and what is smaller than a cell",
     SPH: "the air, what is smaller than a particle, and the ground's friction but Coulomb's",
 }
@@ -68,8 +70,10 @@ def own_name(facts, group):
 
 
 def snow_depth(facts):
-    """Depth of the snow at the start [m]; columns have their place in the middle of it."""
-    return facts.model.depth * (2.0 if METHODS[facts.scene.solver.method].capabilities.plan else 1.0)
+    """Depth of the snow at the start [m]; columns, and particles of a single sheet, have their place in the middle of
+    it."""
+    sheet = METHODS[facts.scene.solver.method].capabilities.plan or facts.model.depth < SHEET * facts.dx
+    return facts.model.depth * (2.0 if sheet else 1.0)
 
 
 def is_on_terrain(scene):
@@ -109,8 +113,9 @@ def _in_two_methods(facts):
         region = {axis: [float(low[i]), float(high[i])] for i, axis in enumerate("xy")}
         for over in ZONE_CELLS:
             near = {"dx": spacing(snow_depth(facts), over), **kept(scene)}
+            given = {"solver.depth.scheme": "columns"} if columns else {}
             yield Rung(in_cells(ZONE, over), BLIND[ZONE], {
-                **in_plan(scene, cell), **_resolved_snow(scene), "zone": {"region": region, "solver": near}})
+                **in_plan(scene, cell), **given, **_resolved_snow(scene), "zone": {"region": region, "solver": near}})
 
 
 def _resolved_snow(scene):

@@ -84,8 +84,10 @@ def ladder_of(scene, ask, only=None, facts=None):
         raise InputError(f"--at {ask.place[0]:g},{ask.place[1]:g}: must lie on the ground of {scene.source}, x"
                          f" {facts.model.lower[0]:g} to {facts.model.upper[0]:g}, y {facts.model.lower[1]:g} to"
                          f" {facts.model.upper[1]:g}")
-    # Errors are those of flows of snow and nothing else
-    unlike = ask.question.group == FLOW and bool(components.used(scene))
+    # Errors are those of snow and nothing else
+    besides = components.used(scene)
+    unlike = (ask.question.group == FLOW and bool(besides)) or (ask.question.group == REST and any(
+        component.solid for component in besides))
     rungs, own_name = _family(ask.question.group)
     own = own_name(facts, ask.question.group)
     before = {own.partition(",")[0]: facts} if scaled else {}
@@ -192,8 +194,9 @@ def choose(steps, within=None, budget=None):
     known = [step for step in steps if step.expected and step.expected.tells]
     affordable = [step for step in known if budget is None or step.seconds <= budget]
     if not affordable:
-        return None, ("no rung that tells something was measured in enough problems" if not known else
-                      f"every rung takes more than {budget:g} s")
+        return None, (f"every rung takes more than {budget:g} s" if known else
+                      "all errors that were measured reach a factor of two" if any(step.expected for step in steps) else
+                      "no error was measured for such a scene")
     good = [step for step in affordable if within is not None and step.expected.error <= within]
     if good:
         return min(good, key=lambda step: step.seconds), "the cheapest that is within"

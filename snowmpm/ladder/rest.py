@@ -80,5 +80,5 @@ def own_name(facts, group):
     if group == RELEASE:
         return _times(_kind(facts.scene), 1.0)
     method = facts.scene.solver.method
-    swings = "" if method == IMPLICIT or facts.scene.get("damping") else "undamped "
+    swings = "undamped " if method == EXPLICIT and not facts.scene.get("damping") else ""
     return swings + in_cells(method, nearest_cells(facts.model.depth, facts.dx))
