@@ -20,6 +20,7 @@ CUT = (4.0, 8.0)  # m
 def story():
     """The release, step by step: largest speed before the cut, then a row every 0.02 s."""
     simulation = snowmpm.Simulation(snowmpm.load_scene(SCENE))
+    simulation.solver.time = 0.0  # the rest before the cut is computed here, and looked at
     start = simulation.particles
     start_x, start_id = start["position"], start["id"]
     home = start_x[np.argsort(start_id)]
