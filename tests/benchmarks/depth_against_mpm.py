@@ -2,9 +2,9 @@
 
     python tests/benchmarks/depth_against_mpm.py [RUNS]
 
-Runs `avalanche_on_raster` as it is and with solver.method = "depth", dx = 5 m, the same Coulomb friction of the ground
-and map cells of 10 m, and writes snowmpm/measured/depth_averaged.csv, which `snowmpm check` quotes. Runs that are
-complete in the folder RUNS (mpm, depth) are read, not made again. Ten minutes on one core.
+Runs `avalanche_on_raster` on cells of 1.5 m, and with solver.method = "depth" on cells of 5 m, with the same Coulomb
+friction of the ground and map cells of 10 m, and writes snowmpm/measured/depth_averaged.csv, which `snowmpm check`
+quotes. Runs that are complete in the folder RUNS (mpm, depth) are read, not made again. Ten minutes on one core.
 """
 
 import csv
@@ -16,7 +16,7 @@ import snowmpm
 from snowmpm.io import Run
 from snowmpm.measured.depth_averaged import SAID, TABLE
 
-SETTINGS = {"mpm": {"output.map_cell": 10.0},
+SETTINGS = {"mpm": {"output.map_cell": 10.0, "solver.dx": 1.5},
             "depth": {"output.map_cell": 10.0, "solver.method": "depth", "solver.dx": 5.0}}
 
 

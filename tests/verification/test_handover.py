@@ -25,7 +25,7 @@ def settings(path):
     """Of `avalanche_on_raster`: its valley on cells of 1.5 m, or avaGar on cells of 2 m, as in
     test_avalanche_on_terrain.py."""
     if path == "valley":
-        return {"output.map_cell": 10.0}
+        return {"output.map_cell": 10.0, "solver.dx": 1.5}
     return {"terrain.file": str((REAL / "avaGar.asc").resolve()), "solver.dx": 2.0, "end_time": 88.0,
             "output.interval": 1.0, "bodies.0.shape.region.file": str((REAL / "relGar.shp").resolve()),
             "bodies.0.shape.top": 2.4, "output.map_cell": 6.0 * CELL, "materials.snow.youngs_modulus": 1e6,
