@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 import snowmpm
+from snowmpm import components
 from snowmpm.components.interface_layer.points import points_of
 from snowmpm.errors import InputError
 from snowmpm.materials import MaterialPoint
@@ -127,8 +128,8 @@ def test_it_goes_on_with_the_same_bits(whole):
 def test_one_particle_a_thread_does_the_same():
     """The kernels of a GPU, as those of packs to round-off."""
     model = column().model
-    solvers = [MpmSolver.of(model.population, model.laws, model.scene.solver, atomic=atomic, **model._setting())
-               for atomic in (False, True)]
+    solvers = [MpmSolver.of(model.population, model.all_laws, model.scene.solver, atomic=atomic, **model._setting(),
+                            adapters=components.adapters(model, "mpm")) for atomic in (False, True)]
     for solver in solvers:
         for _ in range(40):
             solver.step(2e-4)
