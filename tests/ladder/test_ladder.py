@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from snowmpm.cli.choose import NAMES, place_of, seconds_of, share_of
+from snowmpm.cli.run import along_the_front
 from snowmpm.errors import InputError
 from snowmpm.ladder.answers import FROM_RUN
 from snowmpm.ladder.ladder import ladder_of
@@ -257,3 +258,29 @@ def test_known_answers_stand_in_the_table():
             rows = [row for row in models.shipped() if row.problem == problem.name and row.question == name]
             if isinstance(known, Known):
                 assert {row.reference for row in rows} == {known.value}
+
+
+@pytest.mark.parametrize("name", [
+    "pst_2d", *(pytest.param(name, marks=pytest.mark.xfail(strict=True, reason=why)) for name, why in {
+        "skier_trigger": "on wider cells it does not release, on a third wider already (docs/models.md)",
+        "mast": "its tube is too light for wider cells"}.items())])
+def test_fast_does_something_for_every_scene(name):
+    assert along_the_front(load_scene(name), fast=True, accurate=False, quiet=True)
+
+
+def test_fast_says_what_the_next_cheaper_run_would_cost(capsys):
+    assert not along_the_front(load_scene("skier_trigger"), fast=True, accurate=False, quiet=False)
+    assert "changes nothing: the next cheaper, mpm, 2 x its dx" in (said := capsys.readouterr().err)
+    assert "wrong in 62% of cases" in said
+
+
+def test_a_zone_lies_around_the_obstacle_and_has_its_own_cells():
+    wall = {"name": "wall", "contact": "separate", "shape": {
+        "kind": "box", "min": [600480.0, 200226.0, 1249.0], "max": [600484.0, 200250.0, 1272.0]}}
+    for name in ("avalanche_on_raster", "avalanche_depth_averaged"):
+        scene = load_scene(name, {"obstacles": [wall]})
+        step = ladder_of(scene, Ask.of(scene, "load"), "zone, 1 cell").step("zone, 1 cell")
+        zone = step.rung.changes["zone"]
+        assert zone["region"] == {"x": [600440.0, 600524.0], "y": [200186.0, 200290.0]}
+        assert 1.5 < zone["solver"]["dx"] < 2.5
+        assert ("solver.depth.scheme" in step.rung.changes) == (name == "avalanche_depth_averaged")
