@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from snowmpm import overwriting
-from snowmpm.cli.watch import watched
+from snowmpm.cli.watch import Form, watched
 from snowmpm.errors import InputError, SimulationError, shown_lines
 from snowmpm.running.interruption import requests_to_end
 
@@ -30,6 +30,10 @@ PluginFiles = Annotated[
                  " from a module that is installed; repeatable. What installed packages bring is loaded by itself."),
 ]
 NoPlugins = Annotated[bool, typer.Option("--no-plugins", help="Load no plugins of installed packages.")]
+Progress = Annotated[
+    Form, typer.Option("--progress", help="auto: a bar on a terminal, elsewhere a line every ten seconds; lines: also"
+                       " on a terminal; json: an object a line on stderr, for programs that show a bar.")
+]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
 
@@ -77,8 +81,8 @@ def load_plugins(sources, installed=True):
 
 def guarded(command, writes=True, computes=False):
     """The command with an option `--debug` and with errors turned into messages and exit codes; one that writes files
-    with an option `--overwrite`, without which it keeps those of the user (`snowmpm.overwriting`); one that computes
-    with an option `--plugin` (`snowmpm.plugins`).
+    with an option `--overwrite`, without which it keeps those of the user (`snowmpm.overwriting`), and `--progress`;
+    one that computes with an option `--plugin` (`snowmpm.plugins`).
 
     InputError -> 2, SimulationError -> 1, interruption -> 130, anything else -> 1 and a hint at `--debug`.
     """
@@ -86,7 +90,7 @@ def guarded(command, writes=True, computes=False):
     own = "overwrite" in signature.parameters
 
     @functools.wraps(command)
-    def call(*args, debug, overwrite=False, plugin=None, no_plugins=False, **options):
+    def call(*args, debug, overwrite=False, plugin=None, no_plugins=False, progress=Form.auto, **options):
         options |= {"overwrite": overwrite} if own else {}
         overwriting.forget_inputs()
         told.clear()
@@ -94,7 +98,8 @@ def guarded(command, writes=True, computes=False):
             with warnings.catch_warnings():
                 warnings.showwarning = warn
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: the results are checked
-                with requests_to_end(), watched(quiet=bool(options.get("quiet"))), overwriting.keeping(overwrite):
+                with requests_to_end(), watched(bool(options.get("quiet")), form=progress), \
+                        overwriting.keeping(overwrite):
                     if computes:
                         load_plugins(plugin or (), installed=not no_plugins)
                     return command(*args, **options)
@@ -114,9 +119,10 @@ def guarded(command, writes=True, computes=False):
             print(shown_lines(message), file=sys.stderr, flush=True)
         raise typer.Exit(code)
 
-    options = {**({"overwrite": Overwrite} if writes and not own else {}),
+    options = {**({"overwrite": Overwrite} if writes and not own else {}), **({"progress": Progress} if writes else {}),
                **({"plugin": PluginFiles, "no_plugins": NoPlugins} if computes else {}), "debug": Debug}
-    more = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None if name == "plugin" else False,
-                              annotation=kind) for name, kind in options.items()]
+    defaults = {"plugin": None, "progress": Form.auto}
+    more = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=defaults.get(name, False), annotation=kind)
+            for name, kind in options.items()]
     call.__signature__ = signature.replace(parameters=[*signature.parameters.values(), *more])
     return call

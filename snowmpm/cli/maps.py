@@ -1,6 +1,8 @@
 """`snowmpm maps`: maps and numbers of an avalanche."""
 
+import sys
 import warnings
+from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
@@ -24,13 +26,25 @@ def _definitions(wanted: bool):
         raise typer.Exit
 
 
+class Files(str, Enum):
+    """What `maps` writes."""
+
+    all = "all"
+    gis = "gis"
+    pictures = "pictures"
+
+
 KINDS = ("mp4", "gif")
+TERRAIN = "terrain.tif"
 GAUGES = ("gauges.csv", "gauge_profiles.csv", "gauges.png")
-FIXED = ("avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv", "avalanche.json",
-         "before_after.png", "thalweg.png", "thalweg_time.png", *GAUGES)
+FIXED = (TERRAIN, "avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv",
+         "avalanche.json", "before_after.png", "thalweg.png", "thalweg_time.png", *GAUGES)
 """Files beside those named after a map."""
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]
-Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
+FilesOption = Annotated[
+    Files, typer.Option("--files", help="gis: for QGIS and others, and tables; pictures: needs no gis extra."),
+]
+Pictures = Annotated[bool, typer.Option("--pictures", hidden=True, help="As --files pictures.")]
 ObservedFile = Annotated[
     Path | None,
     typer.Option("--observed", metavar="FILE", help="Outline of an observed avalanche (.shp, .geojson, .gpkg, a raster"
@@ -57,18 +71,22 @@ Definitions = Annotated[
 ]
 
 
-def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observed: ObservedFile = None,
+def maps(run: RunPath, output: Folder = None, files: FilesOption = Files.all, observed: ObservedFile = None,
          gauges: GaugesFile = None, path: PathFile = None, over_time: OverTime = None, quiet: Quiet = False,
-         definitions: Definitions = False):
+         pictures: Pictures = False, definitions: Definitions = False):
     """Draw the maps of an avalanche, and print its run-out.
 
     Peak depth, speed, pressure and momentum, arrival time, duration, deposit and release: each as a GeoTIFF in the
     projection of the elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by
     pressure class, release, thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers
-    and areas by class as CSV and JSON; a QGIS project that opens everything; plots along the thalweg, of the peaks and
-    over time; the depth before and after on one sheet. Each file says whether the run is final: complete, at rest,
-    without loss of mass.
+    and areas by class as CSV and JSON; a QGIS project that opens everything over the shaded terrain, with a print
+    layout; plots along the thalweg, of the peaks and over time; the depth before and after on one sheet. Each file says
+    whether the run is final: complete, at rest, without loss of mass.
     """
+    if pictures:
+        print("warning: --pictures is now --files pictures", file=sys.stderr)
+        files = Files.pictures
+    pictures, gis_only = files == Files.pictures, files == Files.gis
     from snowmpm.cli.info import print_avalanche
     from snowmpm.io import Run
 
@@ -87,13 +105,13 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
     asked = _asked(opened, {"observed": observed, "gauges": gauges, "path": path}, pictures)
     moments = list(_moments(opened, folder)) if over_time and not pictures else []
     written = list(_files(opened, folder, asked, moments)) if asked else []
-    written += _pictures(opened, folder, asked)
+    written += [] if gis_only else _pictures(opened, folder, asked)
     if asked and asked.gauges:
-        written += _of_gauges(asked.gauges, opened, folder)
+        written += _of_gauges(asked.gauges, opened, folder, gis_only)
     for left in (folder / name for name in GAUGES if folder / name not in written):
         if left.is_file() and overwriting.is_own(left):  # of an earlier call: no longer those of the other files
             left.unlink()
-    if over_time:
+    if over_time and not gis_only:
         written += _films(opened, folder, over_time)
     for file in () if quiet else written:
         print(file)
@@ -131,7 +149,7 @@ def _asked(run, files, pictures):
     given = {name: path for name, path in files.items() if path is not None}
     if pictures:
         if given:
-            raise InputError(f"--{next(iter(given))}: not with --pictures, which writes pictures of the run alone")
+            raise InputError(f"--{next(iter(given))}: not with --files pictures, which are of the run alone")
         return None
     from snowmpm.gis.asked import asked_of
 
@@ -143,15 +161,17 @@ def _asked(run, files, pictures):
     return found
 
 
-def _of_gauges(asked, run, folder):
+def _of_gauges(asked, run, folder, gis_only):
     """Write what flowed past gauges; -> the paths."""
     from snowmpm.gis.lines import write_profiles, write_series
-    from snowmpm.render.gauge_plot import render_gauges
 
     yield write_series(folder / "gauges.csv", asked)
     if any(one.place.is_line for one in asked):
         yield write_profiles(folder / "gauge_profiles.csv", asked)
-    yield render_gauges(run, asked, folder / "gauges.png")
+    if not gis_only:
+        from snowmpm.render.gauge_plot import render_gauges
+
+        yield render_gauges(run, asked, folder / "gauges.png")
 
 
 def _measured(gauge):
@@ -185,6 +205,9 @@ def _files(run, folder, asked, moments):
         yield write_geotiff(folder / f"{name}.tif", raster, run.origin, crs, f"{one.label} [{raster.units}]",
                             {**tags, "definition": one.definition})
         yield gis.write_style(folder / f"{name}.qml", name, raster)
+    terrain = _terrain(run)
+    if terrain is not None:
+        yield write_geotiff(folder / TERRAIN, terrain, run.origin, crs, "height of the ground [m]", tags)
     if "flow_depth" not in run.hazard.get("numbers", {}):
         return
     gis.require_pyogrio()
@@ -193,13 +216,26 @@ def _files(run, folder, asked, moments):
         from snowmpm.gis.lines import layers_of_gauges
 
         layers += layers_of_gauges(run, asked.gauges)
-    yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs)
+    yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs, gis.vector_style)
     if crs:
         yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
-    yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments)
+    yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments, terrain)
     yield gis.write_numbers(folder / "avalanche.csv", run, asked)
     yield gis.write_areas(folder / "areas.csv", run)
     yield gis.write_record(folder / "avalanche.json", run, asked)
+
+
+def _terrain(run):
+    """`Map` of the height of the ground on the cells of the maps; None where the run does not know it."""
+    from snowmpm.io.reader import Map
+    from snowmpm.render.relief import height_raster
+
+    place = next(iter(run.maps.values()))
+    if run.terrain is None or run.terrain.facets.shape[1] != 3:
+        return None
+    heights = height_raster(run.terrain.vertices.astype(float), run.terrain.facets, (place.x0, place.y0), place.cell,
+                            place.values.shape[::-1])
+    return None if heights is None else Map(heights + run.origin[2], place.x0, place.y0, place.cell, "m")
 
 
 def _pictures(run, folder, asked):

@@ -102,6 +102,25 @@ class Lines:
         yield f"{duration(self._pace.time_left(progress))} left"
 
 
+class Json:
+    """An object a line on stderr, at most every `watch.JSON_INTERVAL` of wall time, and at the end."""
+
+    def __init__(self, name):
+        self._name, self._pace, self._due = name, Pace(), 0.0
+
+    def __call__(self, progress):
+        self._pace.add(progress)
+        if progress.wall < self._due and progress.time < progress.end_time:
+            return
+        self._due = progress.wall + watch.JSON_INTERVAL
+        front, left = progress.front, self._pace.time_left(progress)
+        watch.print_json(self._name, share=round(progress.time / progress.end_time, 6), time=progress.time,
+                         end_time=progress.end_time, step=progress.dt, particles=progress.n_particles,
+                         max_speed=float(progress.max_speed), frames=progress.frames, seconds=round(progress.wall, 3),
+                         front=None if front is None or front != front else float(front),
+                         seconds_left=None if left is None else round(left, 3))
+
+
 class Screen:
     """A bar and a table of facts below it, redrawn four times a second."""
 
@@ -179,14 +198,15 @@ class Screen:
 
 
 @contextmanager
-def display(name, lines=False, quiet=False):
-    """The callback for a run named `name`, in the form that fits where stderr goes; None for no output.
-
-    lines: plain lines from the first step to the end, for the log of a batch job; quiet: nothing, also on a terminal
-    """
+def display(name, quiet=False):
+    """The callback for a run named `name`, in the form of `--progress` or what fits where stderr goes; None for no
+    output. Plain lines that were asked for come from the first step to the end, for the log of a batch job; quiet:
+    nothing, also on a terminal."""
     if quiet:
         yield None
-    elif lines:
+    elif watch.form() is watch.Form.json:
+        yield Json(name)
+    elif watch.form() is watch.Form.lines:
         yield Lines(name, sys.stderr)
     elif not sys.stderr.isatty():
         yield Lines(name, sys.stderr, late=True)

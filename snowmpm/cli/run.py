@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from snowmpm import overwriting
-from snowmpm.cli import choose
+from snowmpm.cli import choose, watch
 from snowmpm.cli.errors import warn
 from snowmpm.cli.live import Live, check_page, following
 from snowmpm.cli.maps import maps as draw_maps
@@ -61,9 +61,7 @@ def run(
     ] = None,
     fast: Fast = False,
     accurate: Accurate = False,
-    lines: Annotated[
-        bool, typer.Option("--lines", help="Print plain lines from the first step on, even on a terminal.")
-    ] = False,
+    lines: Annotated[bool, typer.Option("--lines", hidden=True, help="As --progress lines.")] = False,
     accept_plugin: Annotated[
         bool, typer.Option("--accept-plugin", help="With --resume: go on with another version of a plugin.")
     ] = False,
@@ -87,10 +85,13 @@ def run(
     and --precision changed when the run began need not be given again.
 
     On a terminal, a live display shows time, step and what limits it, speed, front, energies and the time left.
-    Elsewhere, a line is printed to stderr every ten seconds. --live FILE.html keeps a page with the newest frame, its
-    time and the time left; a browser that has it open shows each new picture by itself. Another process draws it, in
-    2 % of the time of one core.
+    Elsewhere, a line is printed to stderr every ten seconds; with --progress lines from the first step on. --live
+    FILE.html keeps a page with the newest frame, its time and the time left; a browser that has it open shows each new
+    picture by itself. Another process draws it, in 2 % of the time of one core.
     """
+    if lines:
+        print("warning: --lines is now --progress lines", file=sys.stderr)
+        watch.ask_for(watch.Form.lines)
     if any(one is not None for one in (question, rung, within, budget)):
         others = {"--resume": resume, "--render": render, "--maps": maps, "--live": live, "--fast": fast,
                   "--accurate": accurate, "--precision": precision}
@@ -98,7 +99,7 @@ def run(
                                           "--obstacle": obstacle, "--path": path, "--rung": rung},
                 [name for name, given in others.items() if given],
                 {"backend": backend, "threads": threads, "overwrite": overwrite, "accept_cost": accept_cost,
-                 "quiet": quiet, "lines": lines}, as_json)
+                 "quiet": quiet}, as_json)
         return
     if given_alone := [name for name, value in {"--at": at, "--obstacle": obstacle, "--path": path}.items()
                        if value is not None]:
@@ -129,8 +130,8 @@ def run(
     again = _command(scene, folder, backend, threads, {
         "--render": render, "--maps": maps, "--accept-cost": accept_cost}, live)
     before = _ends_of(folder) if resume else None
-    result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite,
-                      accept_cost=accept_cost, again=again, page=live, accept_plugin=accept_plugin)
+    result = simulate(loaded, folder, resume, quiet=quiet, overwrite=overwrite, accept_cost=accept_cost, again=again,
+                      page=live, accept_plugin=accept_plugin)
     told = not quiet and not as_json
     if told:
         simulated = f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated"
@@ -297,7 +298,7 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, accept_cost=False, again=None,
+def simulate(scene, folder, resume, quiet=False, overwrite=True, accept_cost=False, again=None,
              page=None, accept_plugin=False):
     """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`.
 
@@ -323,7 +324,7 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
             follower.begin()
 
     try:
-        with display(scene.name, lines, quiet) as show, following(follower, show) as progress, \
+        with display(scene.name, quiet) as show, following(follower, show) as progress, \
                 warnings.catch_warnings():
             warnings.showwarning = warn
             return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite, approve=approve,

@@ -2,12 +2,15 @@
 
 On a terminal, a bar with the time left appears after one second. Elsewhere, a plain line is printed to stderr every
 ten seconds; short work prints nothing. A run has its own display (`snowmpm.cli.progress`) and suspends this one.
+`--progress json` prints a JSON object a line instead, for programs that show a bar of their own.
 """
 
 import contextlib
+import json
 import sys
 import threading
 import time
+from enum import Enum
 
 from snowmpm.cli.wording import count, duration
 from snowmpm.stages import stages, told
@@ -16,7 +19,37 @@ LINE_INTERVAL = 10.0  # s of wall time between plain lines
 PATIENCE = 1.0  # s before a stage is shown
 GLANCE = 0.25  # s between looks
 
+JSON_INTERVAL = 0.5  # s between JSON objects of one stage
+
+
+class Form(str, Enum):
+    """How progress is shown. auto: a bar on a terminal, elsewhere plain lines, of what takes long."""
+
+    auto = "auto"
+    lines = "lines"
+    json = "json"
+
+
 _paused = threading.Event()
+_form = Form.auto
+
+
+def form():
+    """The `Form` that the command was asked for."""
+    return _form
+
+
+def ask_for(wanted):
+    """Show progress in another `Form` until the command ends."""
+    global _form
+    _form = wanted
+
+
+def print_json(what, **facts):
+    """Print progress as one line of JSON to stderr: {"progress": what, name: value}; what is not known is left out."""
+    known = {name: value for name, value in facts.items() if value is not None}
+    with contextlib.suppress(OSError, ValueError):  # a closed pipe must not stop the run
+        print(json.dumps({"progress": what, **known}), file=sys.stderr, flush=True)
 
 
 def sentence(now):
@@ -123,14 +156,47 @@ class _Lines:
         return contextlib.nullcontext()
 
 
+class _Json:
+    """An object a line whenever a stage begins, and every `JSON_INTERVAL`."""
+
+    def __init__(self):
+        self._last, self._due = None, 0.0
+
+    def look(self, found):
+        """Print the stages if something new is to be said of them."""
+        now = time.perf_counter()
+        whole = next((one for one in found if one.total), found[0]) if found else None
+        if whole is None or _paused.is_set() or (now < self._due and whole is self._last):
+            return
+        self._last, self._due = whole, now + JSON_INTERVAL
+        detail = "; ".join(filter(None, [whole.detail, *(one.what for one in found if one is not whole)]))
+        print_json(whole.what, share=_rounded(whole.share), done=whole.done if whole.total else None, total=whole.total,
+                   unit=whole.unit or None, seconds=_rounded(whole.seconds), seconds_left=_rounded(whole.time_left),
+                   detail=detail or None)
+
+    def end(self):
+        """Does nothing: there is no bar."""
+
+    def making_way(self):
+        """Does nothing: there is no bar."""
+        return contextlib.nullcontext()
+
+
+def _rounded(number):
+    return None if number is None else round(number, 4)
+
+
 @contextlib.contextmanager
-def watched(quiet=False, interval=None):
-    """Context: stages of this program are shown on stderr; interval [s]: `LINE_INTERVAL` by default."""
-    interval = interval or LINE_INTERVAL
+def watched(quiet=False, interval=None, form=Form.auto):
+    """Context: stages of this program are shown on stderr; interval [s]: `LINE_INTERVAL` by default; form: a `Form`."""
+    global _form
+    interval, before = interval or LINE_INTERVAL, _form
     if quiet:
         yield
         return
-    show = _Bar(sys.stderr) if sys.stderr.isatty() else _Lines(interval)
+    _form = Form(form)
+    show = (_Json() if _form is Form.json else
+            _Bar(sys.stderr) if sys.stderr.isatty() and _form is Form.auto else _Lines(interval))
     ended = threading.Event()
 
     def watch():
@@ -143,6 +209,7 @@ def watched(quiet=False, interval=None):
         with show.making_way(), told(lambda: stages() or show.end()):
             yield
     finally:
+        _form = before
         ended.set()
         thread.join()
 

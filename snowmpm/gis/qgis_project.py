@@ -3,58 +3,110 @@
 from pathlib import Path
 from xml.etree import ElementTree as xml
 
+import numpy as np
+
 from snowmpm.draft import write_text
-from snowmpm.gis.qgis_style import VERSION, document, pipe, renderer
+from snowmpm.gis.qgis_layout import add_layout
+from snowmpm.gis.qgis_style import DOCTYPE, VERSION, aliases, document, hillshade, pipe, renderer
 from snowmpm.gis.temporal import add_moments
-from snowmpm.io.projection import epsg_of
+from snowmpm.io.parameters import parameters
+from snowmpm.io.projection import epsg_of, projection_name
+from snowmpm.io.published import statement
+from snowmpm.io.status import status_of
 from snowmpm.quantities.table import quantity
 
 SHOWN = ("gauge_points", "gauge_lines", "runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed",
-         "release", "affected_area", "peak_pressure")
+         "release", "affected_area", "peak_pressure", "terrain")
 """Layers visible when the project opens."""
 
 ORDER = ("gauge_points", "gauge_lines", "runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed",
          "release", "affected_area", "deposit", "pressure_classes")
 
+TERRAIN = "terrain"
+"""Raster of the ground's height, drawn as a hillshade below all others."""
 
-def write_project(path, run, layers, geopackage, moments=()):
+LOCAL = ('ENGCRS["coordinates of the scene",EDATUM["coordinates of the scene"],CS[Cartesian,2],AXIS["x",east,ORDER[1]],'
+         'AXIS["y",north,ORDER[2]],LENGTHUNIT["metre",1]]')
+"""System of a run without a projection: metres, without a place on Earth. Without one QGIS measures in degrees."""
+
+
+def write_project(path, run, layers, geopackage, moments=(), terrain=None):
     """Write a .qgs project for the GeoTIFFs beside it, named after the maps of a `Run`, and the `layers` in the file
-    `geopackage` beside it; moments: `temporal.Moment`s, layers of a group that the time slider shows. -> its path."""
-    path, wkt = Path(path), run.provenance.get("crs")
-    root = xml.Element("qgis", version=VERSION, projectname=run.name)
+    `geopackage` beside it; -> its path.
+
+    moments: `temporal.Moment`s, layers of a group that the time slider shows; terrain: `Map` of the ground's height
+    that lies beside it as terrain.tif, or None.
+    """
+    path, wkt = Path(path), run.provenance.get("crs") or LOCAL
+    title = run.name.replace("_", " ")
+    root = xml.Element("qgis", version=VERSION, projectname=title)
     xml.SubElement(root, "homePath", path="")
-    xml.SubElement(root, "title").text = run.name
-    if wkt:
-        xml.SubElement(root, "projectCrs").append(_system(wkt))
+    xml.SubElement(root, "title").text = title
+    xml.SubElement(root, "projectCrs").append(_system(wkt))
     tree, found = xml.SubElement(root, "layer-tree-group"), xml.SubElement(root, "projectlayers")
     vectors = {layer.name: layer for layer in layers}
-    for name in (*(name for name in ORDER if name in vectors), *run.maps):
+    shown = []
+    for name in (*(name for name in ORDER if name in vectors), *run.maps, *([TERRAIN] if terrain is not None else ())):
         vector = vectors.get(name)
         source = f"./{Path(geopackage).name}|layername={name}" if vector else f"./{name}.tif"
-        provider, title = ("ogr" if vector else "gdal"), name.replace("_", " ") if vector else quantity(name).label
+        provider, title = ("ogr" if vector else "gdal"), _title(name, vector, run)
         identity = f"{name}_{'vector' if vector else 'raster'}"
-        xml.SubElement(tree, "layer-tree-layer", id=identity, name=title, source=source, providerKey=provider,
-                       checked="Qt::Checked" if name in SHOWN else "Qt::Unchecked", expanded="0")
+        leaf = xml.SubElement(tree, "layer-tree-layer", id=identity, name=title, source=source, providerKey=provider,
+                              checked="Qt::Checked" if name in SHOWN else "Qt::Unchecked", expanded="0")
         layer = xml.SubElement(found, "maplayer", type="vector" if vector else "raster",
                                **({"geometry": _geometry(vector), "wkbType": vector.geometry_type} if vector else {}))
         for tag, text in (("id", identity), ("datasource", source), ("layername", title)):
             xml.SubElement(layer, tag).text = text
         xml.SubElement(layer, "provider", encoding="UTF-8" if vector else "").text = provider
-        if wkt:
-            xml.SubElement(layer, "srs").append(_system(wkt))
-        layer.append(renderer(vector) if vector else pipe(name, run.maps[name]))
-    add_moments(root, tree, found, moments, wkt and (lambda: _system(wkt)))
+        xml.SubElement(layer, "srs").append(_system(wkt))
+        if vector:
+            layer.append(renderer(vector))
+            layer.append(aliases(vector))
+        else:
+            layer.append(hillshade() if name == TERRAIN else pipe(name, run.maps[name]))
+            _hide_band(leaf, layer)
+        if name in SHOWN and name != TERRAIN:
+            shown.append(leaf)
+    add_moments(root, tree, found, moments, lambda: _system(wkt))
     canvas = xml.SubElement(root, "mapcanvas", name="theMapCanvas", annotationsVisible="1")
     xml.SubElement(canvas, "units").text = "meters"
     extent = xml.SubElement(canvas, "extent")
     for tag, value in zip(("xmin", "ymin", "xmax", "ymax"), _extent(run), strict=True):
         xml.SubElement(extent, tag).text = f"{value:.3f}"
-    if wkt:
-        xml.SubElement(canvas, "destinationsrs").append(_system(wkt))
+    xml.SubElement(canvas, "destinationsrs").append(_system(wkt))
     properties = xml.SubElement(root, "properties")
     paths = xml.SubElement(properties, "Paths")
     xml.SubElement(paths, "Absolute", type="bool").text = "false"
-    return write_text(path, document(root, "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"))
+    # Without this, QGIS takes the project for one without a projection, whatever its projectCrs says
+    reference = xml.SubElement(properties, "SpatialRefSys")
+    xml.SubElement(reference, "ProjectionsEnabled", type="int").text = "1"
+    add_layout(root, run.name.replace("_", " "), _extent(run, filled=True), shown, _margin(run))
+    return write_text(path, document(root, DOCTYPE))
+
+
+def _hide_band(leaf, layer):
+    """Leave the line "Band 1: ... (Gray)" out of a raster's legend: only its classes are shown."""
+    classes = len(layer.findall("pipe/rasterrenderer/rastershader/colorrampshader/item"))
+    options = xml.SubElement(xml.SubElement(leaf, "customproperties"), "Option", type="Map")
+    xml.SubElement(options, "Option", name="legend/node-order", type="QString",
+                   value=",".join(map(str, range(1, classes + 1))))
+
+
+def _title(name, vector, run):
+    """Name of a layer: in words, of a raster with the unit of its values."""
+    if name == TERRAIN:
+        return "terrain"
+    if vector:
+        return name.replace("_", " ")
+    one = quantity(name)
+    return f"{one.label} [{run.maps[name].units}]"
+
+
+def _margin(run):
+    """Text below the map on the sheet."""
+    facts = ", ".join(f"{name}: {text}" for name, text in parameters(run).items() if name != "scene")
+    projection = projection_name(run.provenance.get("crs")) or "no projection known: coordinates of the scene"
+    return "\n".join([f"{statement(run)} Run: {status_of(run).text}.", f"{facts}.", f"Projection: {projection}."])
 
 
 def _system(wkt):
@@ -71,9 +123,13 @@ def _geometry(layer):
     return "Polygon" if "Polygon" in layer.geometry_type else "Line" if "Line" in layer.geometry_type else "Point"
 
 
-def _extent(run):
-    """Extent (west, south, east, north) [m] of the run's maps."""
-    raster = next(iter(run.maps.values()))
+def _extent(run, filled=False):
+    """Extent (west, south, east, north) [m] of the run's maps; filled: of where snow ever was."""
+    raster = run.maps.get("peak_depth") or next(iter(run.maps.values()))
     rows, columns = raster.values.shape
+    first, last = (0, 0), (rows - 1, columns - 1)
+    if filled and (there := np.argwhere(np.nan_to_num(raster.values) > 0.0)).size:
+        first, last = there.min(axis=0), there.max(axis=0)
     west, south = run.origin[0] + raster.x0 - 0.5 * raster.cell, run.origin[1] + raster.y0 - 0.5 * raster.cell
-    return west, south, west + columns * raster.cell, south + rows * raster.cell
+    return (west + first[1] * raster.cell, south + first[0] * raster.cell, west + (last[1] + 1) * raster.cell,
+            south + (last[0] + 1) * raster.cell)

@@ -4,7 +4,7 @@ from xml.etree import ElementTree as xml
 
 from snowmpm.draft import write_text
 from snowmpm.quantities.classes import classes_of
-from snowmpm.quantities.table import quantity
+from snowmpm.quantities.table import QUANTITIES
 
 VERSION = "3.22.0"
 """Version of QGIS that defines these elements; later versions read them."""
@@ -14,12 +14,45 @@ LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f",
          "obstacles": "#8a8a8a", "dams": "#8a8a8a", "gauge_lines": "#7d1c6d", "gauge_points": "#7d1c6d"}
 """Colours of vector layers; pressure classes have those of their raster."""
 
+DOCTYPE = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+ZERO_IS_A_VALUE = "arrival_time"
+"""Raster whose cells of 0 are drawn; in all others, 0 is a place without snow."""
+
 
 def write_style(path, name, raster):
     """Write the .qml style of a raster of a run; QGIS applies it when it lies beside the raster. -> its path."""
     root = xml.Element("qgis", version=VERSION, styleCategories="Symbology")
     root.append(pipe(name, raster))
-    return write_text(path, document(root, "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"))
+    return write_text(path, document(root, DOCTYPE))
+
+
+def vector_style(layer):
+    """The style of a vector `Layer` as text of a .qml file."""
+    root = xml.Element("qgis", version=VERSION, styleCategories="Symbology|Fields")
+    root.append(renderer(layer))
+    root.append(aliases(layer))
+    return document(root, DOCTYPE)
+
+
+def aliases(layer):
+    """The element that names the fields of a vector `Layer` in words, with their units."""
+    root = xml.Element("aliases")
+    for index, field in enumerate(layer.features[0][1]):
+        if one := QUANTITIES.get(field):
+            unit = "" if one.unit in ("", "1") else f" [{one.unit}]"
+            xml.SubElement(root, "alias", field=field, index=str(index), name=f"{one.label}{unit}")
+    return root
+
+
+def hillshade():
+    """The element that draws band 1, heights [m], as a shaded relief lit from the north-west."""
+    root = xml.Element("pipe")
+    xml.SubElement(root, "rasterrenderer", type="hillshade", band="1", opacity="1", alphaBand="-1", nodataColor="",
+                   azimuth="315", angle="45", zfactor="1", multidirection="1")
+    xml.SubElement(root, "brightnesscontrast", brightness="40", contrast="-20", gamma="1")
+    xml.SubElement(root, "huesaturation", saturation="0")
+    xml.SubElement(root, "rasterresampler", maxOversampling="2", zoomedInResampler="bilinear")
+    return root
 
 
 def document(root, doctype=""):
@@ -37,6 +70,9 @@ def pipe(name, raster):
     renderer = xml.SubElement(root, "rasterrenderer", type="singlebandpseudocolor", band="1", opacity="0.8",
                               alphaBand="-1", classificationMin="0", classificationMax=f"{largest:.6g}",
                               nodataColor="")
+    if name != ZERO_IS_A_VALUE:
+        entries = xml.SubElement(xml.SubElement(renderer, "rasterTransparency"), "singleValuePixelList")
+        xml.SubElement(entries, "pixelListEntry", min="0", max="0", percentTransparent="100")
     shader = xml.SubElement(xml.SubElement(renderer, "rastershader"), "colorrampshader", clip="0",
                             colorRampType="DISCRETE", classificationMode="1", minimumValue="0",
                             maximumValue=f"{largest:.6g}", labelPrecision="1")
@@ -44,8 +80,7 @@ def pipe(name, raster):
     for k, (end, colour) in enumerate(zip(ends, classes.colours, strict=True)):
         # A discrete shader includes `value`, but these classes begin at their limit: take a value just below
         value = end if end == "inf" else f"{end * (1.0 - 1e-7):.12g}"
-        alpha = "0" if k == 0 and name != "arrival_time" and quantity(name).unit == "Pa" else "255"
-        xml.SubElement(shader, "item", value=value, label=classes.label(k), color=colour, alpha=alpha)
+        xml.SubElement(shader, "item", value=value, label=classes.label(k), color=colour, alpha="255")
     xml.SubElement(root, "brightnesscontrast", brightness="0", contrast="0", gamma="1")
     xml.SubElement(root, "huesaturation", saturation="0")
     xml.SubElement(root, "rasterresampler", maxOversampling="2")

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import sqlite3
 import warnings
 
 import numpy as np
@@ -11,6 +12,8 @@ from snowmpm.draft import draft, write_text
 from snowmpm.errors import InputError
 from snowmpm.io.projection import epsg_of
 
+VERSION = "1.3"
+"""Of GeoPackage: QGIS up to 3.26 warns of later ones."""
 WORLD = "urn:ogc:def:crs:OGC:1.3:CRS84"
 """Longitude and latitude, the default system of GeoJSON."""
 
@@ -32,12 +35,13 @@ def write_geojson(path, layers, wkt):
     return write_text(path, json.dumps(record, indent=1, allow_nan=False) + "\n")
 
 
-def write_geopackage(path, layers, wkt=None):
-    """Write layers as tables of one GeoPackage; -> its path. wkt: projection of the coordinates, or None.
+def write_geopackage(path, layers, wkt=None, styles=None):
+    """Write layers as tables of one GeoPackage; -> its path. wkt: projection of the coordinates, or None; styles: the
+    style of a `Layer` for QGIS (`snowmpm.gis.qgis_style.vector_style`), kept in the file as its default.
 
     Raises InputError without pyogrio, OSError when the file cannot be written.
     """
-    pyogrio = require_pyogrio()
+    pyogrio, options = require_pyogrio(), {"dataset_options": {"VERSION": VERSION}}
     with draft(path) as part, _as_os_error(pyogrio.errors.DataSourceError, pyogrio.errors.FeatureError):
         part.unlink(missing_ok=True)
         for layer in layers:
@@ -49,8 +53,29 @@ def write_geopackage(path, layers, wkt=None):
                 warnings.filterwarnings("ignore", "'crs' was not provided")  # the scene has no coordinate system
                 pyogrio.raw.write(str(part), np.array(geometry, object), [values for values, _ in columns], names,
                                   field_mask=[mask for _, mask in columns], layer=layer.name, driver="GPKG",
-                                  geometry_type=layer.geometry_type + solid, crs=wkt or None, promote_to_multi=False)
+                                  geometry_type=layer.geometry_type + solid, crs=wkt or None, promote_to_multi=False,
+                                  **options)
+                options = {}
+        if styles:
+            _add_styles(part, layers, styles)
     return path
+
+
+def _add_styles(path, layers, styles):
+    """Add the table `layer_styles`, in which QGIS finds the style of each layer."""
+    with contextlib.closing(sqlite3.connect(path)) as file, file:
+        file.execute("CREATE TABLE layer_styles (id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL,"
+                     " f_table_catalog TEXT(256), f_table_schema TEXT(256), f_table_name TEXT(256),"
+                     " f_geometry_column TEXT(256), styleName TEXT(30), styleQML TEXT, styleSLD TEXT,"
+                     " useAsDefault BOOLEAN, description TEXT, owner TEXT(30), ui TEXT(30),"
+                     " update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now')))")
+        file.execute("INSERT INTO gpkg_contents (table_name, data_type, identifier, description)"
+                     " VALUES ('layer_styles', 'attributes', 'layer_styles', 'Styles of QGIS')")
+        columns = dict(file.execute("SELECT table_name, column_name FROM gpkg_geometry_columns"))
+        file.executemany("INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, f_geometry_column,"
+                         " styleName, styleQML, styleSLD, useAsDefault, description, owner)"
+                         " VALUES ('', '', ?, ?, ?, ?, '', 1, 'snowmpm', '')",
+                         [(layer.name, columns[layer.name], layer.name, styles(layer)) for layer in layers])
 
 
 def require_pyogrio():
@@ -59,8 +84,8 @@ def require_pyogrio():
         import pyogrio
         import pyogrio.raw
     except ImportError:
-        raise InputError("GeoPackage needs the gis extra: pip install 'snowmpm[gis]'; --pictures goes"
-                         " without") from None
+        raise InputError("GeoPackage needs the gis extra: pip install 'snowmpm[gis]'; --files pictures"
+                         " goes without") from None
     return pyogrio
 
 

@@ -17,7 +17,8 @@ def require_rasterio():
         import rasterio.crs
         import rasterio.transform
     except ImportError:
-        raise InputError("GeoTIFF needs the gis extra: pip install 'snowmpm[gis]'; --pictures goes without") from None
+        raise InputError("GeoTIFF needs the gis extra: pip install 'snowmpm[gis]'; --files pictures goes"
+                         " without") from None
     return rasterio
 
 

@@ -1,14 +1,26 @@
 """The projection of a run's map coordinates: its name and its EPSG code."""
 
-
 from functools import lru_cache
+
+CERTAIN, LIKELY = 70, 20
+"""Confidence [%] at which PROJ's look-up is taken as it is, and from which it is taken for the same projection."""
 
 
 @lru_cache(maxsize=8)
 def epsg_of(wkt):
-    """EPSG code of a well-known text, or None."""
+    """EPSG code of a well-known text, or None.
+
+    A text that went through a .prj file has lost details of its datum, and PROJ is no longer certain: it is the system
+    of the same name, ellipsoid and parameters then.
+    """
     system = _system(wkt)
-    return system.to_epsg() if system is not None else None
+    if system is None:
+        return None
+    code = system.to_epsg(min_confidence=CERTAIN)
+    if code is not None:
+        return code
+    code = system.to_epsg(min_confidence=LIKELY)
+    return code if code is not None and _same_projection(system, code) else None
 
 
 def projection_name(wkt):
@@ -18,6 +30,24 @@ def projection_name(wkt):
         return None
     code = epsg_of(wkt)
     return system.name.replace("_", " ") + (f" (EPSG:{code})" if code else "")
+
+
+def _same_projection(system, code):
+    import pyproj
+
+    found = pyproj.CRS.from_epsg(code)
+    return _plain(found.name) == _plain(system.name) and _numbers(found) == _numbers(system)
+
+
+def _plain(name):
+    return "".join(letter for letter in name.casefold() if letter.isalnum())
+
+
+def _numbers(crs):
+    """Semi-major axis [m], inverse flattening, and the parameters of the projection, in whatever order."""
+    form, operation = crs.ellipsoid, crs.coordinate_operation
+    values = [one.value * one.unit_conversion_factor for one in operation.params] if operation else []
+    return [round(value, 9) for value in (form.semi_major_metre, form.inverse_flattening, *sorted(values))]
 
 
 def _system(wkt):

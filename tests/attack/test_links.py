@@ -65,7 +65,7 @@ OUTPUTS = {
     ".page.unfinished.html": ("render", "run", "-o", "run/page.html"),
     ".report.unfinished.html": ("report", "run", "--still"), "report.html": ("report", "run", "--still"),
     "maps/.peak_depth.unfinished.tif": ("maps", "run"), "maps/peak_depth.tif": ("maps", "run"),
-    "maps/.peak_depth.unfinished.png": ("maps", "run", "--pictures"),
+    "maps/.peak_depth.unfinished.png": ("maps", "run", "--files", "pictures"),
     "new/.first.unfinished.toml": ("new", "first", "-o", "run/new"),
     "new/first.toml": ("new", "first", "-o", "run/new", "--overwrite"),
 }

@@ -141,7 +141,7 @@ def test_drawn_text(withstood, tmp_path, name):
             assert not attribute.lower().startswith("on")
             assert "href" not in attribute or value.startswith(("#", "data:"))
     withstood("render", "run", "--time", "0.1", "--size", "96x64", "-o", "p.png", "--color", "material", code=0)
-    withstood("maps", "run", "--pictures", "-o", "maps", code=0)
+    withstood("maps", "run", "--files", "pictures", "-o", "maps", code=0)
     assert [path.suffix for path in (tmp_path / "maps").glob("[!.]*")] == [".png"]
     assert not key.startswith("/")
 
@@ -166,7 +166,7 @@ def test_escape_sequences(withstood, tmp_path):
         ended = withstood(*arguments, code=0)
         assert "\nforged" not in ended.out
     (tmp_path / "run").rename(tmp_path / "\x1b[2Jrun")
-    for arguments in (("info",), ("plot",), ("maps", "--pictures")):
+    for arguments in (("info",), ("plot",), ("maps", "--files", "pictures")):
         withstood(arguments[0], "\x1b[2Jrun", *arguments[1:], code=0)
     withstood("info", "\x1b[2Jnone", code=2)
 

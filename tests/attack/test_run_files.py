@@ -35,7 +35,7 @@ def changed(run, change):
 
 
 def test_the_good_run_is_accepted(withstood, run):
-    for command in [*COMMANDS, ("maps", "--pictures")]:
+    for command in [*COMMANDS, ("maps", "--files", "pictures")]:
         withstood(command[0], "run", *command[1:], code=0)
 
 
@@ -223,14 +223,14 @@ def test_provenance_of_less(withstood, run, record, command):
 ], ids=lambda text: text[:24])
 def test_hazard(withstood, run, record):
     changed(run, set_record("hazard/record", record))
-    withstood("maps", "run", "--pictures", code=2)
+    withstood("maps", "run", "--files", "pictures", code=2)
 
 
 @pytest.mark.parametrize("record", [
     "{}", '{"numbers": {}}', '{"numbers": {"unknown": 1}}', '{"runout_line": [[0, 0], [1, 1]]}',
     '{"profile": {"x": [0, 1], "y": [0, 1]}}', '{"numbers": {"runout": NaN}}', '{"profile": {}}',
 ], ids=lambda text: text[:24])
-@pytest.mark.parametrize("command", [("info",), ("maps", "--pictures"),
+@pytest.mark.parametrize("command", [("info",), ("maps", "--files", "pictures"),
                                      pytest.param(("report", "--still"), marks=pytest.mark.slow)],
                          ids=lambda command: command[0])
 def test_hazard_of_less(withstood, run, record, command):
@@ -289,7 +289,7 @@ def test_bytes_that_are_no_run_file(withstood, run, content):
 PICTURE = ("render", "--time", "0.1", "--size", "96x64", "-o", "p.png")
 DRAWN_BY = {"VTKHDF/Points": PICTURE, "VTKHDF/PointData/velocity": PICTURE, "history/front": ("plot",),
             "history/time": ("plot",), "history/max_speed": ("plot",), "terrain/vertices": PICTURE,
-            "maps/peak_depth": ("maps", "--pictures"), "obstacles/wall/impulse": ("info",),
+            "maps/peak_depth": ("maps", "--files", "pictures"), "obstacles/wall/impulse": ("info",),
             "obstacles/wall/time": ("info",), "obstacles/wall/rotation": PICTURE}
 
 

@@ -81,10 +81,26 @@ def test_resume_takes_the_settings_of_the_run(call, block):
 
 
 def test_progress_in_plain_lines(call, block):
-    result = call("run", block, "--lines")
+    result = call("run", block, "--progress", "lines")
     last = result.err.strip().split("\n")[-1]
     for word in ("block: 0.020 of 0.02 s (100%)", "dt ", "particles", "m/s", "front", "particle-steps/s", "left"):
         assert word in last
+
+
+def test_progress_in_json(call, block):
+    """Objects on stderr, one a line, with a share that grows to 1; facts on stdout stay as they are."""
+    result = call("run", block, "--progress", "json")
+    told = [json.loads(line) for line in result.err.splitlines()]
+    shares = [one["share"] for one in told if one["progress"] == "block"]
+    assert shares == sorted(shares) and shares[-1] == 1.0
+    assert {"time", "end_time", "step", "particles", "max_speed", "seconds"} <= set(told[-1] if "time" in told[-1] else
+                                                                                    told[-2])
+    assert result.out.count("\n") == 1
+
+
+def test_an_option_that_has_another_name_now_still_works(call, block):
+    result = call("run", block, "--lines")
+    assert result.code == 0 and result.err.startswith("warning: --lines is now --progress lines\nblock: ")
 
 
 def test_quiet_where_nobody_watches(call, block):

@@ -48,10 +48,21 @@ def test_maps_are_written_and_numbers_said(call, avalanche):
 def test_without_rasterio_the_pictures_are_left(call, avalanche, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio", None)
     refused = call("maps", avalanche)
-    assert refused.code == 2 and "snowmpm[gis]" in refused.err and "--pictures" in refused.err
-    result = call("maps", avalanche, "--pictures", "-o", tmp_path / "drawn")
+    assert refused.code == 2 and "snowmpm[gis]" in refused.err and "--files pictures" in refused.err
+    result = call("maps", avalanche, "--files", "pictures", "-o", tmp_path / "drawn")
     assert result.code == 0 and not list((tmp_path / "drawn").glob("*.tif"))
     assert (tmp_path / "drawn" / "peak_depth.png").stat().st_size > 1000
+
+
+def test_files_for_a_gis_without_pictures(call, avalanche, tmp_path):
+    pytest.importorskip("rasterio")
+    result = call("maps", avalanche, "--files", "gis", "-o", tmp_path / "gis")
+    assert result.code == 0 and not list((tmp_path / "gis").glob("*.png"))
+    assert {"peak_depth.tif", "peak_depth.qml", "avalanche.qgs", "avalanche.gpkg"} <= {
+        path.name for path in (tmp_path / "gis").iterdir()}
+    old = call("maps", avalanche, "--pictures", "-o", tmp_path / "old")
+    assert old.code == 0 and "warning: --pictures is now --files pictures" in old.err
+    assert not list((tmp_path / "old").glob("*.tif"))
 
 
 def test_info_says_how_far_it_came(call, avalanche):
@@ -98,7 +109,7 @@ def test_what_was_seen_is_scored(call, avalanche):
     assert rows["observed.affected_area.hit_area"]["unit"] == "m2"
     assert float(rows["observed.affected_area.runout_difference"]["value"]) == pytest.approx(40.0)
     assert rows["runout"]["resolution"] == "5" and "No hazard assessment" in rows["statement"]["value"]
-    refused = call("maps", avalanche, "--observed", seen, "--pictures")
+    refused = call("maps", avalanche, "--observed", seen, "--files", "pictures")
     assert refused.code == 2 and "--observed" in refused.err
     missing = call("maps", avalanche, "--observed", avalanche / "nothing.shp")
     assert missing.code == 2 and "nothing.shp" in missing.err

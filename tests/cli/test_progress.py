@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from snowmpm.cli import watch
-from snowmpm.cli.progress import Lines, Pace, Screen, display
+from snowmpm.cli.progress import Json, Lines, Pace, Screen, display
 from snowmpm.cli.wording import step
 from snowmpm.stages import stage
 
@@ -70,11 +70,13 @@ def test_pace_forgets_what_was_long_ago():
     assert pace.time_left(state(5.0, 121.5, 0.0)) == pytest.approx(5.0)  # 1 s in 1 s, in the last 20 s
 
 
-@pytest.mark.parametrize(("choice", "kind"), [({}, Lines), ({"lines": True}, Lines), ({"quiet": True}, type(None)),
-                                              ({"lines": True, "quiet": True}, type(None))])
-def test_lines_where_there_is_no_terminal(capsys, choice, kind):
-    with display("slope", **choice) as shown:
+@pytest.mark.parametrize(("form", "quiet", "kind"), [
+    ("auto", False, Lines), ("lines", False, Lines), ("json", False, Json), ("auto", True, type(None)),
+    ("lines", True, type(None))])
+def test_lines_where_there_is_no_terminal(capsys, form, quiet, kind):
+    with watch.watched(form=form), display("slope", quiet) as shown:
         assert type(shown) is kind
+    assert watch.form() == "auto"
 
 
 def test_lines_elsewhere_begin_late_and_say_nothing_of_a_short_run(monkeypatch):

@@ -16,7 +16,7 @@ CASES = {
     "pictures in a folder": "render FLAT -o out --size 160x100",
     "stills": "render FLAT -o out/p.jpg --stills 2 --size 320x100",
     "report": "report FLAT -o out/r.html --still",
-    "maps, pictures": "maps DEEP -o out --pictures",
+    "maps, pictures": "maps DEEP -o out --files pictures",
     "export": "export FLAT -o out --as ply",
 }
 LONG = {

@@ -142,7 +142,8 @@ COMMANDS = {"render": "drawing", "check": "filling bodies with particles", "maps
 @pytest.mark.parametrize("command", COMMANDS)
 def test_long_commands_say_what_they_are_at(call, command, block, made, monkeypatch):
     arguments = {"render": [made / "block", "-o", "f.mp4", "--size", "320x180"], "check": [block], "run": [block],
-                 "maps": [made / "mapped", "--pictures"], "report": [made / "block", "-o", "r.html", "--still"],
+                 "maps": [made / "mapped", "--files", "pictures"],
+                 "report": [made / "block", "-o", "r.html", "--still"],
                  "plot": [made / "block", "-o", "p.png"], "compare": [made / "block", made / "block"],
                  "element": ["oedometer", "--material", "li_cold_dense", "--steps", "20"]}[command]
     begun, begin = [], Stage.__init__

@@ -252,7 +252,7 @@ def tried(draw):
     with tempfile.TemporaryDirectory(dir=draw["scratch"]) as scratch:
         folder, out = prepared(Path(scratch), draw)
         before = files_of(folder)
-        run = ["run", "scene.toml", "-o", str(out), "--threads", "1", "--lines"]
+        run = ["run", "scene.toml", "-o", str(out), "--threads", "1", "--progress", "lines"]
         command, sent = draw["command"], None
         read = str(out) if draw["output"] in ("a run", "a broken run") else str(draw["given"])
         arguments = {

@@ -220,8 +220,9 @@ def test_the_geopackage_holds_gauges(short, tmp_path):
 
 def test_gauges_need_more_than_pictures(short, tmp_path, capsys):
     with pytest.raises(SystemExit) as end:
-        app(["maps", str(short.path.parent), "-o", str(tmp_path / "maps"), "--pictures", "--gauges", "g.geojson"])
-    assert end.value.code == 2 and "--gauges: not with --pictures" in capsys.readouterr().err
+        app(["maps", str(short.path.parent), "-o", str(tmp_path / "maps"), "--files", "pictures", "--gauges",
+             "g.geojson"])
+    assert end.value.code == 2 and "--gauges: not with --files pictures" in capsys.readouterr().err
 
 
 def test_numbers_along_a_path_of_one_s_own(short, tmp_path, capsys):
