@@ -19,7 +19,8 @@ ENTRY = re.compile(r"\s*([A-Za-z0-9_-]+)\s*=\s*(.*)$")
 def edited(text, overrides):
     """Text of a scene with other values: dotted key -> value, as `load_scene` takes overrides.
 
-    An existing key keeps its line and its comment; a new key is added to its table. InputError: a key within a value of
+    An existing key keeps its line and its comment; a new key is added to its table, and takes the place of a table of
+    that name. InputError: a key within a value of
     several lines, or within something that is no table.
     """
     for key, value in overrides.items():
@@ -28,7 +29,7 @@ def edited(text, overrides):
 
 
 def _with(text, parts, value):
-    lines = text.split("\n")
+    lines = _without_table(text.split("\n"), parts)
     end = None
     for path, start, stop in _tables(lines):
         if path != parts[: len(path)] or len(path) == len(parts):
@@ -47,6 +48,15 @@ def _with(text, parts, value):
         return f"{text.rstrip()}\n\n[{'.'.join(parts[:-1])}]\n{parts[-1]} = {value_text(value)}\n"
     lines.insert(end, f"{parts[-1]} = {value_text(value)}")
     return "\n".join(lines)
+
+
+def _without_table(lines, parts):
+    """The lines without the header and the entries of a table, where it has the name of the key."""
+    for path, start, stop in _tables(lines):
+        if path == parts and start:
+            body = [line for line in lines[start:stop] if not ENTRY.match(line)]
+            return [*lines[: start - 1], *body, *lines[stop:]]
+    return lines
 
 
 def _tables(lines):

@@ -10,9 +10,10 @@ Importing the package starts nothing: names below are loaded when first used.
 
 import importlib
 import os
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-from snowmpm import home
+from snowmpm import home, notebook
 
 if TYPE_CHECKING:  # they take time to import
     from collections.abc import Callable
@@ -37,12 +38,17 @@ _HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.running.simulat
 __all__ = ["Run", "Simulation", "campaign", "load_scene", "open_run", "register", "run", "start"]
 
 
-def run(scene: "Scene", out_dir: "PathLike", progress: "Callable[[Progress], object] | None" = None,
+def run(scene: "Scene", out_dir: "PathLike", progress: "Callable[[Progress], object] | bool | None" = None,
         resume: bool = False, overwrite: "bool | None" = None,
         approve: "Callable[[Simulation], object] | None" = None, accept_plugin: bool = False) -> "Run":
-    """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.running.loop.run`."""
-    return importlib.import_module("snowmpm.running.loop").run(scene, out_dir, progress, resume, overwrite, approve,
-                                                               accept_plugin)
+    """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.running.loop.run`.
+
+    progress: called with a `Progress` regularly; by default a notebook shows a bar, which False leaves out.
+    """
+    compute = importlib.import_module("snowmpm.running.loop").run
+    bar = progress is None and notebook.in_notebook()
+    with notebook.run_bar(scene.name) if bar else nullcontext(progress or None) as told:
+        return compute(scene, out_dir, told, resume, overwrite, approve, accept_plugin)
 
 
 def open_run(path: "PathLike") -> "Run":

@@ -34,7 +34,8 @@ class ArraysGlance(Glance):
     """The same for a data class of arrays, tables of them and numbers: their shapes, types and ranges."""
 
     def _glance(self) -> tuple[str, dict[str, Any]]:
-        return type(self).__name__, {name: told(value) for name, value in vars(self).items()}
+        return type(self).__name__, {name: told(value) for name, value in vars(self).items()
+                                     if not name.startswith("_")}
 
 
 def told(value: object) -> str:

@@ -31,6 +31,7 @@ MAY_IMPORT = {
     **{key: set() for key in ("annotations", "cores", "errors", "home", "schemes", "stages", "glance", "amounts",
                               "quantities", "keys")},
     "registry": {"errors"},
+    "notebook": {"stages"},
     "plugins": {"errors", "registry"},
     "methods": {"registry"},
     # Declarations and what builds a component from a scene; its adapters take a method's kernels
@@ -71,8 +72,8 @@ MAY_IMPORT = {
               "render"},
     "advice": {*GROUND, "components", "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running",
                "measured", "study"},
-    "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render",
-                  "events", "runout"},
+    "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "gis", "advice", "comparison",
+                  "render", "events", "runout"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "runout": {*GROUND, "components", "compiler", "ground", "depth", "setup", "io", "gis"},
     "ladder": {*GROUND, "components", "compiler", "stepping", "scenes", "saw_test", "setup", "handover", "running",
@@ -190,8 +191,8 @@ def test_what_is_imported_is_declared():
                                                                              "peers") for one in extras[name])]
     names = {re.match(r"[A-Za-z0-9_.-]+", requirement)[0].lower() for requirement in declared}
     known = {IMPORT_NAMES.get(name, name).replace("-", "_") for name in names}
-    # precice: of a guide's example, which who couples with preCICE has
-    others = {"tomllib", "snowmpm", "pydantic_core", "precice"}
+    # precice: of a guide's example, which who couples with preCICE has; IPython: of the notebook that it runs in
+    others = {"tomllib", "snowmpm", "pydantic_core", "precice", "IPython"}
     assert wanted - set(sys.stdlib_module_names) - known - others == set()
 
 

@@ -19,6 +19,11 @@ QUANTITIES = {"depth": ("peak_depth", "m"), "speed": ("peak_speed", "m/s"), "pre
 """Raster and unit of what is exceeded."""
 
 
+def short(limit, unit):
+    """A limit with its unit, without digits that say nothing."""
+    return f"{limit / 1e3:g} kPa" if unit == "Pa" and limit >= 1e3 else f"{limit:g} {unit}"
+
+
 def interval(count, n, confidence=CONFIDENCE):
     """Lower and upper end of the exact binomial interval of a share, for counts (any shape) of n."""
     k, tail = np.arange(n + 1), 0.5 * (1.0 - confidence)

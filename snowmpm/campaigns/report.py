@@ -7,7 +7,7 @@ from snowmpm.campaigns.answers import is_saw_test, samples_the_parameters, summa
 from snowmpm.campaigns.distributions import Scenarios
 from snowmpm.campaigns.listing import curves, listing, numeric_parameters, shown_numbers
 from snowmpm.campaigns.order import orders
-from snowmpm.campaigns.probability import QUANTITIES
+from snowmpm.campaigns.probability import QUANTITIES, short
 from snowmpm.quantities.table import quantity
 from snowmpm.render.campaign_plot import (
     render_convergence,
@@ -62,7 +62,7 @@ def _maps(campaign, folder, prefix):
             continue
         shares = maps[f"{name}_probability"]
         for k, limit in enumerate(maps[f"{name}_limit"].values):
-            words = f"probability of a {quantity(raster).label} of at least {_short(limit, quantity(raster).unit)}"
+            words = f"probability of a {quantity(raster).label} of at least {short(limit, quantity(raster).unit)}"
             widest = float((maps[f"{name}_probability_high"][k] - maps[f"{name}_probability_low"][k]).max())
             path = render_probability(run, maps.x.values, maps.y.values, shares.values[k],
                                       folder / f"{prefix}{name}_probability_{limit:g}.png",
@@ -76,11 +76,6 @@ def _maps(campaign, folder, prefix):
                                     f" {min(campaign.file.maps.depth):g} m deep; blank: all agree.")
     section.blocks.append(Picture(path, "Agreement: where the answer depends on the parameters"))
     return section
-
-
-def _short(value, unit):
-    """A limit with its unit, without digits that say nothing."""
-    return f"{value / 1e3:g} kPa" if unit == "Pa" and value >= 1e3 else f"{value:g} {unit}"
 
 
 def _numbers(campaign, folder, prefix):
@@ -118,7 +113,7 @@ def _convergence(campaign, folder, prefix):
     section.blocks.append(Picture(render_convergence(rows, folder / f"{prefix}convergence.png"),
                                   "How the maps change with the number of runs"))
     for (name, limit), needed in convergence.enough(rows).items():
-        words = f"{name} of {_short(limit, quantity(f'peak_{name}').unit)}"
+        words = f"{name} of {short(limit, quantity(f'peak_{name}').unit)}"
         enough = needed <= campaign.done
         section.blocks.append(Note(
             f"{words}: about {needed} runs make the probability sure to ±{100 * convergence.WANTED:g} % on average"

@@ -1,7 +1,5 @@
 """`snowmpm run`: a scene to its run file."""
 
-import contextlib
-import io
 import os
 import shlex
 import sys
@@ -274,10 +272,10 @@ def _other_model(scene):
 
 
 def start_taichi(backend, threads):
-    """Start the backend without Taichi's message on stdout, which is reserved for results."""
+    """Start the backend. Raises InputError where it cannot be had."""
     from snowmpm.compiler import runtime
 
-    with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
+    with warnings.catch_warnings():
         # Another backend is refused below; a Taichi that runs already keeps its number of threads
         warnings.filterwarnings("ignore", "Taichi runs already")
         try:

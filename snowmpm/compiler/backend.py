@@ -20,12 +20,17 @@ if TYPE_CHECKING:
     import taichi as ti
     from taichi.lang import impl
 else:
+    level = os.environ.get("TI_LOG_LEVEL")
+    os.environ["TI_LOG_LEVEL"] = level or "warn"  # it would greet a notebook: "Graphical python shell detected"
     try:
         ti = importlib.import_module(chosen)
     except ModuleNotFoundError as error:
         if chosen == COMPILERS[0] or error.name != chosen:
             raise
         raise InputError(f"{VARIABLE}={chosen}: is not installed; pip install {chosen.replace('_', '-')}") from None
+    finally:
+        if level is None:
+            del os.environ["TI_LOG_LEVEL"]
     impl = importlib.import_module(f"{chosen}.lang.impl")
 
 __all__ = ["impl", "part", "ti"]

@@ -3,6 +3,7 @@
 import atexit
 import contextlib
 import ctypes
+import io
 import os
 import threading
 import time as clock
@@ -68,8 +69,9 @@ def _start(backend, threads):
     folder = cache_folder(impl.default_cfg().offline_cache_file_path)
     free_cache(folder)
     where = {} if os.environ.get(VARIABLE) == folder else {"offline_cache_file_path": folder}
-    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads or available_cores(), offline_cache=True,
-            **where, offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, **OWN)
+    with contextlib.redirect_stdout(io.StringIO()):  # "Starting on arch=..."
+        ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads or available_cores(), offline_cache=True,
+                **where, offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, **OWN)
     started_here()
 
 

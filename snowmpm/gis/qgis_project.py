@@ -52,7 +52,8 @@ def write_project(path, run, layers, geopackage, moments=(), terrain=None):
         provider, title = ("ogr" if vector else "gdal"), _title(name, vector, run)
         identity = f"{name}_{'vector' if vector else 'raster'}"
         leaf = xml.SubElement(tree, "layer-tree-layer", id=identity, name=title, source=source, providerKey=provider,
-                              checked="Qt::Checked" if name in SHOWN else "Qt::Unchecked", expanded="0")
+                              checked="Qt::Checked" if name in SHOWN else "Qt::Unchecked",
+                              expanded="1" if name in SHOWN and not vector and name != TERRAIN else "0")
         layer = xml.SubElement(found, "maplayer", type="vector" if vector else "raster",
                                **({"geometry": _geometry(vector), "wkbType": vector.geometry_type} if vector else {}))
         for tag, text in (("id", identity), ("datasource", source), ("layername", title)):
@@ -98,8 +99,7 @@ def _title(name, vector, run):
         return "terrain"
     if vector:
         return name.replace("_", " ")
-    one = quantity(name)
-    return f"{one.label} [{run.maps[name].units}]"
+    return quantity(name, run.maps[name].units).heading
 
 
 def _margin(run):

@@ -1,5 +1,6 @@
 """QGIS styles: rasters in the classes of tables and pictures, vectors in the colours of the maps."""
 
+from itertools import pairwise
 from xml.etree import ElementTree as xml
 
 from snowmpm.draft import write_text
@@ -21,15 +22,26 @@ ZERO_IS_A_VALUE = "arrival_time"
 
 def write_style(path, name, raster):
     """Write the .qml style of a raster of a run; QGIS applies it when it lies beside the raster. -> its path."""
+    return _write(path, pipe(name, raster))
+
+
+def write_style_of_shares(path, bounds, colours, clear):
+    """Write the .qml style of a raster of shares from 0 to 1. bounds: one more than colours, of which None is not
+    drawn; clear: value that is not drawn. -> its path."""
+    labels = [f"{100.0 * low:g} to {100.0 * high:g} %" for low, high in pairwise(bounds)]
+    return _write(path, _pipe([*bounds[1:-1], "inf"], labels, colours, 1.0, clear))
+
+
+def _write(path, drawn):
     root = xml.Element("qgis", version=VERSION, styleCategories="Symbology")
-    root.append(pipe(name, raster))
+    root.append(drawn)
     return write_text(path, document(root, DOCTYPE))
 
 
-def vector_style(layer):
-    """The style of a vector `Layer` as text of a .qml file."""
+def vector_style(layer, drawn=None):
+    """The style of a vector `Layer` as text of a .qml file; drawn: its renderer, by default that of its name."""
     root = xml.Element("qgis", version=VERSION, styleCategories="Symbology|Fields")
-    root.append(renderer(layer))
+    root.append(renderer(layer) if drawn is None else drawn)
     root.append(aliases(layer))
     return document(root, DOCTYPE)
 
@@ -39,8 +51,7 @@ def aliases(layer):
     root = xml.Element("aliases")
     for index, field in enumerate(layer.features[0][1]):
         if one := QUANTITIES.get(field):
-            unit = "" if one.unit in ("", "1") else f" [{one.unit}]"
-            xml.SubElement(root, "alias", field=field, index=str(index), name=f"{one.label}{unit}")
+            xml.SubElement(root, "alias", field=field, index=str(index), name=one.heading)
     return root
 
 
@@ -66,21 +77,27 @@ def pipe(name, raster):
     finite = raster.values[raster.values > 0.0]
     largest = float(finite.max()) if finite.size else 1.0
     classes = classes_of(name, largest)
+    return _pipe([*classes.limits, "inf"], [classes.label(k) for k in range(len(classes.colours))], classes.colours,
+                 largest, None if name == ZERO_IS_A_VALUE else 0.0)
+
+
+def _pipe(ends, labels, colours, largest, clear):
+    """The element that draws band 1 in classes below `ends`; clear: value that is not drawn, or None."""
     root = xml.Element("pipe")
     renderer = xml.SubElement(root, "rasterrenderer", type="singlebandpseudocolor", band="1", opacity="0.8",
                               alphaBand="-1", classificationMin="0", classificationMax=f"{largest:.6g}",
                               nodataColor="")
-    if name != ZERO_IS_A_VALUE:
+    if clear is not None:
         entries = xml.SubElement(xml.SubElement(renderer, "rasterTransparency"), "singleValuePixelList")
-        xml.SubElement(entries, "pixelListEntry", min="0", max="0", percentTransparent="100")
+        xml.SubElement(entries, "pixelListEntry", min=f"{clear:g}", max=f"{clear:g}", percentTransparent="100")
     shader = xml.SubElement(xml.SubElement(renderer, "rastershader"), "colorrampshader", clip="0",
                             colorRampType="DISCRETE", classificationMode="1", minimumValue="0",
                             maximumValue=f"{largest:.6g}", labelPrecision="1")
-    ends = [*classes.limits, "inf"]
-    for k, (end, colour) in enumerate(zip(ends, classes.colours, strict=True)):
+    for end, colour, label in zip(ends, colours, labels, strict=True):
         # A discrete shader includes `value`, but these classes begin at their limit: take a value just below
         value = end if end == "inf" else f"{end * (1.0 - 1e-7):.12g}"
-        xml.SubElement(shader, "item", value=value, label=classes.label(k), color=colour, alpha="255")
+        xml.SubElement(shader, "item", value=value, label=label, color=colour or "#ffffff",
+                       alpha="255" if colour else "0")
     xml.SubElement(root, "brightnesscontrast", brightness="0", contrast="0", gamma="1")
     xml.SubElement(root, "huesaturation", saturation="0")
     xml.SubElement(root, "rasterresampler", maxOversampling="2")
@@ -90,23 +107,24 @@ def pipe(name, raster):
 def renderer(layer):
     """The element that draws a vector `Layer`: pressure classes filled, other areas as outlines, lines, a point."""
     if layer.name == "pressure_classes":
-        return _classified(layer)
+        classes = classes_of("peak_pressure", 1e9)
+        known = {classes.label(k): colour for k, colour in enumerate(classes.colours)}
+        return categorised(layer, "class", fills=known)
     root = xml.Element("renderer-v2", type="singleSymbol", symbollevels="0", enableorderby="0", forceraster="0")
     symbols = xml.SubElement(root, "symbols")
     symbols.append(_symbol("0", layer.geometry_type, LINES[layer.name], fill=None, dashed=layer.name == "thalweg"))
     return root
 
 
-def _classified(layer):
-    root = xml.Element("renderer-v2", type="categorizedSymbol", attr="class", symbollevels="0", enableorderby="0",
+def categorised(layer, field, fills=None, lines=None):
+    """The element that draws the features of a `Layer` by a field: {value: colour} of areas or of their outlines."""
+    root = xml.Element("renderer-v2", type="categorizedSymbol", attr=field, symbollevels="0", enableorderby="0",
                        forceraster="0")
-    classes = classes_of("peak_pressure", 1e9)
-    colours = {classes.label(k): colour for k, colour in enumerate(classes.colours)}
     categories, symbols = xml.SubElement(root, "categories"), xml.SubElement(root, "symbols")
-    for k, (_, fields) in enumerate(layer.features):
-        xml.SubElement(categories, "category", symbol=str(k), value=fields["class"], label=fields["class"],
-                       render="true")
-        symbols.append(_symbol(str(k), layer.geometry_type, "#404040", fill=colours.get(fields["class"], "#c0c0c0")))
+    for k, value in enumerate(dict.fromkeys(fields[field] for _, fields in layer.features)):
+        xml.SubElement(categories, "category", symbol=str(k), value=value, label=value, render="true")
+        line, fill = ("#404040", fills.get(value, "#c0c0c0")) if lines is None else (lines[value], None)
+        symbols.append(_symbol(str(k), layer.geometry_type, line, fill))
     return root
 
 

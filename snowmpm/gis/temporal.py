@@ -41,9 +41,9 @@ def add_moments(root, tree, found, moments, system):
     groups = {}
     for moment in moments:
         if moment.title not in groups:
-            shown = not groups  # one over the other would hide it
+            # Without the time slider, QGIS draws all of them over the rest
             groups[moment.title] = xml.SubElement(tree, "layer-tree-group", name=moment.title, expanded="0",
-                                                  checked="Qt::Checked" if shown else "Qt::Unchecked")
+                                                  checked="Qt::Unchecked")
         identity = moment.file.removesuffix(".tif").replace("/", "_")
         source, title = f"./{moment.file}", f"{moment.title}, t = {moment.begin:g} s"
         xml.SubElement(groups[moment.title], "layer-tree-layer", id=identity, name=title, source=source,

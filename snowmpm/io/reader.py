@@ -1,5 +1,6 @@
 """Reading a run file: finished, still being written, or left behind by a program that was killed."""
 
+import importlib
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -41,13 +42,20 @@ T = TypeVar("T")
 class Frame(ArraysGlance):
     """The particles at one time: points (n, 3) float32 [m] relative to the run's origin (3,) [m], fields by name.
 
-    positions: (n, 3) float64 [m] in map coordinates, those of the scene.
+    positions: (n, 3) float64 [m] in map coordinates, those of the scene.  to_pyvista() -> snow, terrain, obstacles
     """
 
     time: float
     points: NDArray[np.float32]
     fields: dict[str, Numbers]
     origin: Floats = field(default_factory=lambda: np.zeros(3))
+    _of: "tuple[Run | None, int]" = field(default=(None, 0), compare=False)
+
+    def to_pyvista(self) -> Any:
+        """The frame as a `pyvista.MultiBlock` in map coordinates [m]: block "snow" with the fields of the particles,
+        "terrain" (triangles, or lines of a section), and each obstacle by its name, where it is in this frame.
+        `blocks["snow"].user_dict["units"]` has the units of the fields by name."""
+        return _drawing("pyvista_sets").blocks_of(self, *self._of)
 
     @property
     def positions(self) -> Floats:
@@ -252,7 +260,7 @@ class Run(Glance):
             return points, {name: root["PointData"][name][start : start + n] for name in names}
 
         points, values = self._read(action)
-        return Frame(float(self.times[i]), points, values, self.origin)
+        return Frame(float(self.times[i]), points, values, self.origin, (self, i))
 
     def __iter__(self) -> Iterator[Frame]:
         return (self.frame(i) for i in range(len(self)))
@@ -287,6 +295,27 @@ class Run(Glance):
         from snowmpm.io.tables import table
 
         return table(self, what)
+
+    def plot(self, *names: str) -> Any:
+        """`snowmpm.render.inline.Pictures` that a notebook shows inline: maps by name, "still", "history", "thalweg",
+        "thalweg_time", "saw_test", "compression"; by default what tells most, and the history. Raises InputError for
+        what the run does not have."""
+        return _drawing("inline").plot(self, *names)
+
+    def show(self, color: str | None = None, camera: str | None = None) -> Any:
+        """The run in motion, to be turned by hand, as a `snowmpm.render.inline.View`: a notebook shows it, also without
+        a network; `save(path)` writes it as a page. color, camera, errors: as of `snowmpm.render.render_run`."""
+        return _drawing("inline").show(self, color=color, camera=camera)
+
+    def plotter(self, i: int = -1, color: str | None = None, **options: Any) -> Any:
+        """A `pyvista.Plotter` with frame i: snow coloured by a field, by default the speed, terrain and obstacles.
+        options: of `pyvista.Plotter`, such as off_screen=True. See `snowmpm.render.inline.plotter`."""
+        return _drawing("inline").plotter(self, i, color, **options)
+
+    def _repr_html_(self) -> str:
+        picture = _drawing("inline").thumbnail(self) if len(self) else ""
+        return (f'<div style="display:flex;flex-wrap:wrap;gap:1em;align-items:start"><div>{super()._repr_html_()}</div>'
+                f"{picture}</div>")
 
     def _glance(self) -> tuple[str, dict[str, Any]]:
         counts = sorted({self.n_points(i) for i in range(len(self))})
@@ -369,6 +398,11 @@ class Run(Glance):
             return read_record(path.read_bytes(), path, SUMMARY)
         except OSError as error:
             raise InputError(f"{path}: not readable ({error.strerror})") from None
+
+
+def _drawing(name: str) -> Any:
+    """A module of what draws runs. It reads them; only here, where a user asks a run to show itself, a run asks it."""
+    return importlib.import_module(f"snowmpm.render.{name}")
 
 
 def _with_unit(name: str, units: Mapping[str, str]) -> str:

@@ -31,6 +31,11 @@ class Quantity:
     where: str
     decimals: int | None = None
 
+    @property
+    def heading(self):
+        """Label and unit, as over a column: run-out [m]; the label alone without a unit."""
+        return self.label if self.unit in ("", "1", "share") else f"{self.label} [{_SHOWN.get(self.unit, self.unit)}]"
+
     def text(self, value, resolution=None):
         """A value with its unit: 1970 m, 27.3 m/s, 12.4 kPa; with the resolution to which it is known: 1970 ± 5 m."""
         if not resolution or value is None or not math.isfinite(value):

@@ -1,10 +1,10 @@
-"""Ctrl-C, SIGTERM and SIGHUP (closed terminal), delayed until a step is complete."""
+"""Ctrl-C, SIGTERM, SIGHUP (closed terminal) and, on Windows, Ctrl-Break, delayed until a step is complete."""
 
 import contextlib
 import signal
 import threading
 
-ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
 
 
 PATIENCE = 2

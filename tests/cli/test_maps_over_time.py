@@ -87,7 +87,7 @@ def test_time_slider_shows_each_moment_alone(made):
     assert (settings.findtext("TemporalRange/start"), settings.findtext("TemporalRange/end")) == (
         "2000-01-01T00:00:00Z", "2000-01-01T00:00:07Z")
     groups = made.root.findall("layer-tree-group/layer-tree-group")
-    assert [group.get("checked") for group in groups] == ["Qt::Checked", "Qt::Unchecked"]
+    assert [group.get("checked") for group in groups] == ["Qt::Unchecked", "Qt::Unchecked"]
     leaves = [leaf.get("id") for group in groups for leaf in group]
     assert sorted(leaves) == sorted(one.findtext("id") for one in layers) and len(set(leaves)) == len(leaves)
 

@@ -1,0 +1,170 @@
+"""A run at a prompt or in a notebook: pictures inline, an interactive view, a PyVista plotter."""
+
+import base64
+import html
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.io import Run
+
+if TYPE_CHECKING:
+    import pyvista
+
+WIDTH, HEIGHT = 960, 560
+"""Pixels of a view in a notebook."""
+SMALL = 360
+"""Width of the picture beside the facts of a run [pixels]."""
+SNOW, GROUND, BUILT = "#f4f7fb", "#b9b5ad", "#8a8a8a"
+CURVES = ("history", "saw_test", "compression", "thalweg_time", "thalweg")
+
+
+class Pictures:
+    """Pictures that a notebook shows inline; `save(path)` writes the first, or all beside each other by number."""
+
+    pictures: dict[str, bytes]
+
+    def __init__(self, pictures: dict[str, bytes]) -> None:
+        """pictures: PNG by name."""
+        self.pictures = pictures
+
+    def save(self, path: "str | Path") -> list[Path]:
+        """Write them as PNG: one to `path`, of several each to NAME_WHAT.png; -> the paths."""
+        path = Path(path)
+        if path.suffix.lower() != ".png":
+            raise InputError.at("path", str(path), "must end in .png")
+        places = [path] if len(self.pictures) == 1 else [
+            path.with_name(f"{path.stem}_{name}.png") for name in self.pictures]
+        for place, picture in zip(places, self.pictures.values(), strict=True):
+            place.write_bytes(picture)
+        return places
+
+    def __repr__(self) -> str:
+        return f"pictures of {', '.join(self.pictures)}: a notebook shows them; save(path) writes them"
+
+    def _repr_html_(self) -> str:
+        return "".join(f'<img alt="{html.escape(name)}" style="max-width:100%" src="{_source(picture)}">'
+                       for name, picture in self.pictures.items())
+
+    def _repr_png_(self) -> bytes:
+        return next(iter(self.pictures.values()))
+
+
+class View:
+    """The interactive page of a run, which a notebook shows in a frame; `save(path)` writes it as one .html file."""
+
+    page: str
+    title: str
+
+    def __init__(self, page: str, title: str) -> None:
+        self.page, self.title = page, title
+
+    def save(self, path: "str | Path") -> Path:
+        """Write the page; -> its path."""
+        path = Path(path)
+        if path.suffix.lower() != ".html":
+            raise InputError.at("path", str(path), "must end in .html")
+        path.write_text(self.page, encoding="utf-8")
+        return path
+
+    def __repr__(self) -> str:
+        return f"interactive view of {self.title}: a notebook shows it; save(path) writes a page"
+
+    def _repr_html_(self) -> str:
+        return (f'<iframe title="{html.escape(self.title)}" sandbox="allow-scripts" style="width:100%;'
+                f'max-width:{WIDTH}px;height:{HEIGHT}px;border:0" srcdoc="{html.escape(self.page)}"></iframe>')
+
+
+def plot(run: Run, *names: str) -> Pictures:
+    """Pictures of a run by name: its maps (`run.maps`), "still" (its last frame), and the curves "history", "thalweg",
+    "thalweg_time", "saw_test", "compression". By default what tells most, which is the peak pressure, the saw test or
+    the last frame, and the history. Raises InputError for what the run does not have."""
+    chosen = names or _usual(run)
+    known = [*run.maps, *CURVES, "still"]
+    for name in chosen:
+        if name not in known:
+            raise InputError.not_in("picture", name, known, file=run.path)
+    return Pictures({name: _drawn(run, name) for name in chosen})
+
+
+def show(run: Run, *, color: str | None = None, camera: str | None = None) -> View:
+    """The run in motion, turned by hand, as an element for a notebook that needs no network; color, camera and errors
+    as of `render_run`."""
+    from snowmpm.render.viewer import render_page
+
+    with tempfile.TemporaryDirectory() as folder:
+        page = render_page(run, Path(folder) / "run.html", color=color, camera=camera)
+        return View(page.read_text(encoding="utf-8"), run.title)
+
+
+def plotter(run: Run, i: int = -1, color: str | None = None, **options: Any) -> "pyvista.Plotter":
+    """A `pyvista.Plotter` with frame i: snow coloured by a field (`color`, by default the speed where there is one),
+    terrain and obstacles; options: of `pyvista.Plotter`. Raises InputError for an unknown field."""
+    import pyvista
+
+    blocks = run.frame(i).to_pyvista()
+    snow: Any = blocks["snow"]
+    if color is None:
+        color = "speed" if "velocity" in snow.point_data else None
+    if color == "speed" and "speed" not in snow.point_data and "velocity" in snow.point_data:
+        snow.point_data["speed"] = np.linalg.norm(snow.point_data["velocity"], axis=1)
+        snow.user_dict["units"] = {**snow.user_dict["units"], "speed": "m/s"}
+    if color is not None and color not in snow.point_data:
+        raise InputError.not_in("color", color, list(snow.point_data), file=run.path)
+    made: Any = pyvista.Plotter(**options)
+    for name in blocks.keys():  # noqa: SIM118 (of a MultiBlock, whose iterator gives data sets)
+        if name != "snow":
+            made.add_mesh(blocks[name], color=GROUND if name == "terrain" else BUILT, name=name)
+    if snow.n_points:
+        unit = "" if color is None else snow.user_dict["units"].get(color, "")
+        title = {"scalar_bar_args": {"title": f"{color} [{unit}]" if unit not in ("", "1") else color}}
+        made.add_mesh(snow, name="snow", style="points", render_points_as_spheres=True, point_size=5,
+                      **({"color": SNOW} if color is None else {"scalars": color, "cmap": "viridis", **title}))
+    if run.dimension == 2:
+        made.view_xz()
+    made.add_text(f"t = {run.times[i]:g} s", font_size=10, name="time")
+    return made
+
+
+def thumbnail(run: Run) -> str:
+    """A small picture of a run as an element of HTML; "" where none can be drawn."""
+    try:
+        return f'<img width="{SMALL}" src="{_source(_small(str(run.path), len(run), run.complete))}">'
+    except Exception:  # a glance at a run must never fail
+        return ""
+
+
+@lru_cache(maxsize=16)
+def _small(path: str, frames: int, complete: bool) -> bytes:
+    """Picture of the last of so many frames of a run, cached."""
+    return _drawn(Run(path), "still", (2 * SMALL, SMALL))
+
+
+def _usual(run: Run) -> tuple[str, ...]:
+    first = "peak_pressure" if "peak_pressure" in run.maps else "saw_test" if run.saw_test else "still"
+    return (first, "history")
+
+
+def _drawn(run: Run, name: str, size: tuple[int, int] = (1280, 720)) -> bytes:
+    """A picture as PNG."""
+    from snowmpm import render
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "picture.png"
+        if name == "still":
+            render.render_run(run, path, size=size)
+        elif name == "thalweg":
+            render.render_thalweg(run, path)
+        elif name in CURVES:
+            render.PLOTS[name](run, path)
+        else:
+            render.render_map(run, name, path, dpi=110)
+        return path.read_bytes()
+
+
+def _source(picture: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(picture).decode()}"
