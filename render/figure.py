@@ -104,7 +104,8 @@ def take_literally(figure: Figure) -> None:
     """Show dollar signs in titles, labels and legends as they are: names come from files, and would be read as
     formulas. Numbers along the axes keep their powers of ten."""
     axes_of = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
-    numbers = {label for axis in axes_of for tick in (*axis.majorTicks, *axis.minorTicks)
+    # By the method: the lists of ticks hold those of the last drawing, which for logarithms are too few
+    numbers = {label for axis in axes_of for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
                for label in (tick.label1, tick.label2)} | {axis.get_offset_text() for axis in axes_of}
     for text in figure.findobj(Text):
         if text not in numbers:

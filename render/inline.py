@@ -2,15 +2,21 @@
 
 import base64
 import html
+import io
+import os
+import sys
 import tempfile
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from PIL import Image
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.render.cinema.studio import do_without_display
 
 if TYPE_CHECKING:
     import pyvista
@@ -20,6 +26,8 @@ WIDTH, HEIGHT = 960, 560
 SMALL = 360
 """Width of the picture beside the facts of a run [pixels]."""
 SNOW, GROUND, BUILT = "#f4f7fb", "#b9b5ad", "#8a8a8a"
+MOST_POINTS = 20_000
+"""Of a small picture."""
 CURVES = ("history", "saw_test", "compression", "thalweg_time", "thalweg")
 
 
@@ -46,12 +54,12 @@ class Pictures:
     def __repr__(self) -> str:
         return f"pictures of {', '.join(self.pictures)}: a notebook shows them; save(path) writes them"
 
-    def _repr_html_(self) -> str:
-        return "".join(f'<img alt="{html.escape(name)}" style="max-width:100%" src="{_source(picture)}">'
-                       for name, picture in self.pictures.items())
-
-    def _repr_png_(self) -> bytes:
-        return next(iter(self.pictures.values()))
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+        """One as a picture, several as HTML: a notebook keeps every form that it is given."""
+        if len(self.pictures) == 1:
+            return {"image/png": next(iter(self.pictures.values())), "text/plain": repr(self)}
+        return {"text/html": "".join(f'<img alt="{html.escape(name)}" style="max-width:100%" src="{_source(picture)}">'
+                                     for name, picture in self.pictures.items()), "text/plain": repr(self)}
 
 
 class View:
@@ -103,7 +111,9 @@ def show(run: Run, *, color: str | None = None, camera: str | None = None) -> Vi
 
 def plotter(run: Run, i: int = -1, color: str | None = None, **options: Any) -> "pyvista.Plotter":
     """A `pyvista.Plotter` with frame i: snow coloured by a field (`color`, by default the speed where there is one),
-    terrain and obstacles; options: of `pyvista.Plotter`. Raises InputError for an unknown field."""
+    terrain and obstacles; options: of `pyvista.Plotter`, by default off_screen where there is no display. Raises
+    InputError for an unknown field."""
+    do_without_display()
     import pyvista
 
     blocks = run.frame(i).to_pyvista()
@@ -115,6 +125,8 @@ def plotter(run: Run, i: int = -1, color: str | None = None, **options: Any) -> 
         snow.user_dict["units"] = {**snow.user_dict["units"], "speed": "m/s"}
     if color is not None and color not in snow.point_data:
         raise InputError.not_in("color", color, list(snow.point_data), file=run.path)
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        options.setdefault("off_screen", True)
     made: Any = pyvista.Plotter(**options)
     for name in blocks.keys():  # noqa: SIM118 (of a MultiBlock, whose iterator gives data sets)
         if name != "snow":
@@ -140,8 +152,31 @@ def thumbnail(run: Run) -> str:
 
 @lru_cache(maxsize=16)
 def _small(path: str, frames: int, complete: bool) -> bytes:
-    """Picture of the last of so many frames of a run, cached."""
-    return _drawn(Run(path), "still", (2 * SMALL, SMALL))
+    """A map of a run, or the particles of the last of so many frames, cached."""
+    run = Run(path)
+    return _compact(_drawn(run, "peak_depth") if "peak_depth" in run.maps else _glimpse(run), 2 * SMALL)
+
+
+def _glimpse(run: Run) -> bytes:
+    """The last frame as points, drawn in a moment: from the side in 2-D, from above in 3-D."""
+    up = 2 if run.dimension == 2 else 1
+    frame = run.frame(-1, [name for name in ("velocity",) if name in run.field_names])
+    points = frame.positions[:: max(1, len(frame) // MOST_POINTS)]
+    figure = Figure(figsize=(5.0, 3.0), dpi=130, layout="constrained")
+    axes = figure.add_subplot(aspect="equal")
+    if run.terrain is not None and run.dimension == 2:
+        for ends in (run.terrain.vertices + run.origin)[run.terrain.facets]:
+            axes.plot(ends[:, 0], ends[:, 2], color=GROUND, lw=1.0)
+    speed = np.linalg.norm(frame.fields["velocity"], axis=1)[:: max(1, len(frame) // MOST_POINTS)] if frame.fields \
+        else None
+    drawn = axes.scatter(points[:, 0], points[:, up], s=1.0, c=speed, cmap="viridis", linewidths=0)
+    if speed is not None:
+        figure.colorbar(drawn, ax=axes, label="speed [m/s]", shrink=0.5, location="bottom")
+    axes.set_title(f"t = {frame.time:g} s", fontsize=9)
+    axes.tick_params(labelsize=7)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png")
+    return picture.getvalue()
 
 
 def _usual(run: Run) -> tuple[str, ...]:
@@ -149,21 +184,31 @@ def _usual(run: Run) -> tuple[str, ...]:
     return (first, "history")
 
 
-def _drawn(run: Run, name: str, size: tuple[int, int] = (1280, 720)) -> bytes:
+def _drawn(run: Run, name: str) -> bytes:
     """A picture as PNG."""
     from snowmpm import render
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png"
         if name == "still":
-            render.render_run(run, path, size=size)
+            render.render_run(run, path)
         elif name == "thalweg":
             render.render_thalweg(run, path)
         elif name in CURVES:
             render.PLOTS[name](run, path)
         else:
             render.render_map(run, name, path, dpi=110)
-        return path.read_bytes()
+        return _compact(path.read_bytes())
+
+
+def _compact(picture: bytes, width: int | None = None) -> bytes:
+    """The PNG in 256 colours, and not wider than so many pixels: a notebook keeps every picture as text."""
+    image = Image.open(io.BytesIO(picture)).convert("RGB")
+    if width is not None and image.width > width:
+        image = image.resize((width, round(image.height * width / image.width)), Image.Resampling.LANCZOS)
+    small = io.BytesIO()
+    image.quantize(256, dither=Image.Dither.NONE).save(small, "PNG", optimize=True)
+    return small.getvalue()
 
 
 def _source(picture: bytes) -> str:

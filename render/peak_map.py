@@ -145,7 +145,8 @@ class MapSheet:
         run = self._run
         self._box, self._image, self._bar, self._around = np.array([lower, upper]), None, None, None
         self._figure = Figure(figsize=figure_size(lower, upper), dpi=self._dpi, layout="constrained")
-        self._figure.get_layout_engine().set(rect=(0.0, 0.0, 0.95, 1.0))  # room for the heading of the colour bar
+        # Room for the heading of the colour bar; for the title, Matplotlib 3.11 leaves too little
+        self._figure.get_layout_engine().set(rect=(0.0, 0.0, 0.95, 0.96))
         axes = self._figure.add_subplot(aspect="equal")
         before = axes.get_children()
         if run.terrain is not None and run.terrain.facets.shape[1] == 3:

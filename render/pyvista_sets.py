@@ -40,4 +40,5 @@ def _surface(vertices: Numbers, facets: Numbers) -> "pyvista.PolyData":
     import pyvista
 
     cells = np.column_stack([np.full(len(facets), facets.shape[1]), facets]).ravel()
-    return pyvista.PolyData(np.asarray(vertices, float), **{"faces" if facets.shape[1] == 3 else "lines": cells})
+    places = np.asarray(vertices, float)
+    return pyvista.PolyData(places, faces=cells) if facets.shape[1] == 3 else pyvista.PolyData(places, lines=cells)

@@ -25,7 +25,8 @@ class Glance:
 
     def _repr_html_(self) -> str:
         title, facts = self._glance()
-        cells = [(html.escape(name), html.escape(str(value))) for name, value in facts.items()]
+        cells = [(html.escape(name), html.escape(textwrap.shorten(str(value), 2 * WIDTH, placeholder=" ...")))
+                 for name, value in facts.items()]
         rows = "".join(f"<tr><td>{name}</td><td style='text-align:left'>{value}</td></tr>" for name, value in cells)
         return f"<b>{html.escape(title)}</b><table>{rows}</table>"
 

@@ -51,7 +51,7 @@ class _Bar:
 
 
 @contextlib.contextmanager
-def bar(name: str, words: Callable[[Any], tuple[float, str]]) -> Iterator[Callable[[Any], None]]:
+def bar(name: str, words: Callable[[Any], tuple[float, str]] | None = None) -> Iterator[Callable[[Any], None]]:
     """Context: a callback for progress reports that draws them; words: share and words of a report. Before the first
     report, the bar says what the work is at (`snowmpm.stages`); so it does for work without reports."""
     shown, ended, reported = _Bar(name), threading.Event(), threading.Event()
@@ -65,8 +65,9 @@ def bar(name: str, words: Callable[[Any], tuple[float, str]]) -> Iterator[Callab
                 shown.say(whole.share if whole.total else None, f"{whole.what}{count}, {whole.seconds:.0f} s")
 
     def report(progress: Any) -> None:
-        reported.set()
-        shown.say(*words(progress))
+        if words is not None:
+            reported.set()
+            shown.say(*words(progress))
 
     thread = threading.Thread(target=watch, name="progress", daemon=True)
     thread.start()

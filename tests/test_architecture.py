@@ -22,7 +22,7 @@ FOLDERS = {
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
 GROUND = {"annotations", "cores", "errors", "draft", "memory", "overwriting", "schemes", "stages", "glance",
-          "amounts", "reading", "quantities", "methods", "registry", "plugins", "keys"}
+          "amounts", "reading", "quantities", "methods", "registry", "plugins", "keys", "notebook"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
 SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "prescribed",

@@ -217,7 +217,7 @@ def test_python_of_the_guide_runs_as_it_stands(smaller, tmp_path, monkeypatch, c
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     first = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]
     assert set(first.split("\n")) <= set(blocks[0].split("\n"))
     for old, new in smaller.items():

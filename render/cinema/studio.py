@@ -65,6 +65,13 @@ def _halton(k):
     return np.array(found)
 
 
+def do_without_display():
+    """Let VTK draw where there is no display, before it is imported: it would look for an X server, and say so at
+    length."""
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+
 class Studio:
     """One plotter in a thread of its own, since a context of OpenGL belongs to the thread that made it."""
 
@@ -127,9 +134,7 @@ class Studio:
     def _ready(self, size):
         """The plotter at a size [px]."""
         if self._plotter is None:
-            # VTK looks for an X server first, and says so at length where there is none
-            if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-                os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+            do_without_display()
             import pyvista as pv
 
             try:

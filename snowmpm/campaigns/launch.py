@@ -4,10 +4,11 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from snowmpm import overwriting
+from snowmpm import notebook, overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.campaigns import answers, cluster, forecast, table, untrusted
 from snowmpm.campaigns.campaign import FILE, Campaign
@@ -45,7 +46,8 @@ def campaign(scene: PathLike, parameters: Mapping[str, Mapping[str, Any]], folde
     data = {"name": Path(folder).name, "scene": path.name if path.suffix == ".toml" else str(scene),
             "parameters": {name: dict(one) for name, one in parameters.items()}, **options}
     file = checked(data, "campaign", base)
-    return run_campaign(file, folder, scheduler=scheduler, workers=workers, resume=resume)
+    with notebook.bar(file.name) if notebook.in_notebook() else nullcontext():
+        return run_campaign(file, folder, scheduler=scheduler, workers=workers, resume=resume)
 
 
 def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, resume: bool = False,

@@ -30,6 +30,13 @@ def test_map_shows_the_raster_over_grey_terrain(folder, tmp_path):
     assert [entry.name for entry in path.parent.iterdir()] == ["depth.png"]
 
 
+def test_the_title_lies_within_the_picture(folder, tmp_path):
+    """White rows above it, at any resolution."""
+    for dpi in (60, 110, 150):
+        picture = imageio.imread(render_map(folder, "peak_depth", tmp_path / "depth.png", dpi=dpi))[..., :3]
+        assert (picture[: dpi // 15] == 255).all() and (picture[: dpi // 3] < 128).any()
+
+
 def test_map_of_a_run_without_terrain_is_drawn(tmp_path):
     with RunWriter(tmp_path, provenance={}) as writer:
         writer.map("peak_speed", np.eye(12), 0.0, 0.0, 5.0, "m/s")
