@@ -51,7 +51,8 @@ ENTRIES = (
         cure="bodies of more equal mass, or fewer on each other", parameter="mass of the uppermost over the others",
         unit="", values=(1.0, 10.0, 100.0, 1e3, 1e4, 1e5),
         settings={"2 blocks": {"blocks": 2}, "6 blocks": {"blocks": 6}},
-        symptom="overlap over height", limit=1e-3, measure=stacked, shown="6 blocks"),
+        # Between 40 000 and 60 000 the sweeps of six blocks settle or not by round-off
+        symptom="overlap over height", limit=1e-3, measure=stacked, shown="6 blocks", resolution=0.2),
 )
 
 ATLAS = {"bodies and structures": ENTRIES}
