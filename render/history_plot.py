@@ -11,7 +11,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impacts
-from snowmpm.io.status import cautions
+from snowmpm.io.status import cautions, thalweg_doubts
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 
 COLOURS = ("#0072B2", "#E69F00", "#000000", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#8a949e", "#7d1c6d",
@@ -66,10 +66,10 @@ def history_figure(run, dpi=130):
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
     title = run.name.replace("_", " ")
     figure.suptitle(title, fontsize=13, fontweight="bold", color="#11161c")
-    warned = cautions(run)
+    warned, doubts = cautions(run), thalweg_doubts(run.hazard.get("numbers", {}))
     if warned:
-        figure.supxlabel(textwrap.fill(f"NOT FINAL: {' '.join(warned)}", 62 * min(len(drawn), 2)), fontsize=9,
-                         color="#c1121f", fontweight="bold")
+        said = ("" if set(warned) <= set(doubts) else "NOT FINAL: ") + " ".join(warned)
+        figure.supxlabel(textwrap.fill(said, 62 * min(len(drawn), 2)), fontsize=9, color="#c1121f", fontweight="bold")
     cells = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
     for axes, draw in zip(cells, drawn, strict=False):
         plain(axes)

@@ -28,6 +28,8 @@ SMALL = 360
 SNOW, GROUND, BUILT = "#f4f7fb", "#b9b5ad", "#8a8a8a"
 MOST_POINTS = 20_000
 """Of a small picture."""
+MOST_READ = 1_000_000
+"""Particles from which on none is drawn unasked."""
 CURVES = ("history", "saw_test", "compression", "thalweg_time", "thalweg")
 
 
@@ -116,6 +118,8 @@ def plotter(run: Run, i: int = -1, color: str | None = None, **options: Any) -> 
     do_without_display()
     import pyvista
 
+    if not len(run):
+        raise InputError(f"{run.path}: no frame to draw yet")
     blocks = run.frame(i).to_pyvista()
     snow: Any = blocks["snow"]
     if color is None:
@@ -132,8 +136,11 @@ def plotter(run: Run, i: int = -1, color: str | None = None, **options: Any) -> 
         if name != "snow":
             made.add_mesh(blocks[name], color=GROUND if name == "terrain" else BUILT, name=name)
     if snow.n_points:
+        title: dict[str, Any]
         unit = "" if color is None else snow.user_dict["units"].get(color, "")
-        title = {"scalar_bar_args": {"title": f"{color} [{unit}]" if unit not in ("", "1") else color}}
+        title = {"scalar_bar_args": {"title": f"{color} [{unit}]" if unit not in ("", "1") else color, "fmt": "%.3g"}}
+        if color == "speed":
+            title["clim"] = [0.0, max(1e-9, float(snow.point_data[color].max()))]
         made.add_mesh(snow, name="snow", style="points", render_points_as_spheres=True, point_size=5,
                       **({"color": SNOW} if color is None else {"scalars": color, "cmap": "viridis", **title}))
     if run.dimension == 2:
@@ -145,15 +152,19 @@ def plotter(run: Run, i: int = -1, color: str | None = None, **options: Any) -> 
 def thumbnail(run: Run) -> str:
     """A small picture of a run as an element of HTML; "" where none can be drawn."""
     try:
-        return f'<img width="{SMALL}" src="{_source(_small(str(run.path), len(run), run.complete))}">'
+        known = run.path.stat()
+        picture = _small(str(run.path.resolve()), known.st_mtime_ns, known.st_size)
+        return f'<img width="{SMALL}" src="{_source(picture)}">' if picture else ""
     except Exception:  # a glance at a run must never fail
         return ""
 
 
 @lru_cache(maxsize=16)
-def _small(path: str, frames: int, complete: bool) -> bytes:
-    """A map of a run, or the particles of the last of so many frames, cached."""
+def _small(path: str, changed: int, size: int) -> bytes:
+    """A map of a run, or the particles of its last frame, kept until the file changes; none where it would be slow."""
     run = Run(path)
+    if "peak_depth" not in run.maps and run.n_points(-1) > MOST_READ:
+        return b""
     return _compact(_drawn(run, "peak_depth") if "peak_depth" in run.maps else _glimpse(run), 2 * SMALL)
 
 

@@ -23,7 +23,7 @@ def blocks_of(frame: "Frame", run: "Run | None", i: int) -> "pyvista.MultiBlock"
 
     blocks = pyvista.MultiBlock()
     snow = pyvista.PolyData(np.asarray(frame.positions, float))
-    for name, values in frame.fields.items():
+    for name, values in frame.fields.items() if len(frame) else ():
         snow.point_data[name] = values
     snow.user_dict[UNITS] = {} if run is None else {name: run.units.get(name, "") for name in frame.fields}
     snow.user_dict["time"] = frame.time
@@ -31,7 +31,8 @@ def blocks_of(frame: "Frame", run: "Run | None", i: int) -> "pyvista.MultiBlock"
     if run is not None and run.terrain is not None:
         blocks[TERRAIN] = _surface(run.terrain.vertices + frame.origin, run.terrain.facets)
     for name, obstacle in ({} if run is None else run.obstacles).items():
-        blocks[name] = _surface(obstacle.placed(i) + frame.origin, obstacle.facets)
+        own = f"{name} (obstacle)" if name in (SNOW, TERRAIN) else name
+        blocks[own] = _surface(obstacle.placed(i) + frame.origin, obstacle.facets)
     return blocks
 
 

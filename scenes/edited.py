@@ -45,18 +45,20 @@ def _with(text, parts, value):
     if end is None:  # a new table at the end
         if any(part.isdigit() for part in parts):
             raise InputError(f"--set {dotted(parts)}: the scene has no such table")
-        return f"{text.rstrip()}\n\n[{'.'.join(parts[:-1])}]\n{parts[-1]} = {value_text(value)}\n"
+        text = "\n".join(lines).rstrip()
+        return f"{text}\n\n[{'.'.join(parts[:-1])}]\n{parts[-1]} = {value_text(value)}\n"
     lines.insert(end, f"{parts[-1]} = {value_text(value)}")
     return "\n".join(lines)
 
 
 def _without_table(lines, parts):
-    """The lines without the header and the entries of a table, where it has the name of the key."""
+    """The lines without the headers and entries of the table that has the name of the key, and of those below it."""
+    kept = list(lines)
     for path, start, stop in _tables(lines):
-        if path == parts and start:
-            body = [line for line in lines[start:stop] if not ENTRY.match(line)]
-            return [*lines[: start - 1], *body, *lines[stop:]]
-    return lines
+        if path[: len(parts)] == parts and start:
+            kept[start - 1 : stop] = [None, *(line if not line.strip() or line.lstrip().startswith("#") else None
+                                              for line in lines[start:stop])]
+    return [line for line in kept if line is not None]
 
 
 def _tables(lines):

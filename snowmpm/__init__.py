@@ -43,11 +43,12 @@ def run(scene: "Scene", out_dir: "PathLike", progress: "Callable[[Progress], obj
         approve: "Callable[[Simulation], object] | None" = None, accept_plugin: bool = False) -> "Run":
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.running.loop.run`.
 
-    progress: called with a `Progress` regularly; by default a notebook shows a bar, which False leaves out.
+    progress: called with a `Progress` regularly; by default, or with True, a notebook shows a bar, which False leaves
+        out.
     """
     compute = importlib.import_module("snowmpm.running.loop").run
-    bar = progress is None and notebook.in_notebook()
-    with notebook.run_bar(scene.name) if bar else nullcontext(progress or None) as told:
+    bar = progress in (None, True) and notebook.in_notebook()
+    with notebook.run_bar(scene.name) if bar else nullcontext(progress if callable(progress) else None) as told:
         return compute(scene, out_dir, told, resume, overwrite, approve, accept_plugin)
 
 

@@ -7,6 +7,7 @@ then lrelease; every .qm in i18n is packed.
 """
 
 import argparse
+import re
 import zipfile
 from pathlib import Path
 
@@ -25,7 +26,8 @@ code, pre {{ background: #f3f3f3 }} pre {{ padding: .6em; overflow-x: auto }}
 
 def help_page():
     """The guide as one page without pictures."""
-    lines = [line for line in GUIDE.read_text(encoding="utf-8").splitlines() if not line.startswith("![")]
+    text = re.sub(r"\[([^\]]+)\]\((?!#|https?:)[^)]*\)", r"\1", GUIDE.read_text(encoding="utf-8"))
+    lines = [line for line in text.splitlines() if not line.startswith("!")]
     return PAGE.format(MarkdownIt("commonmark", {"html": True}).enable("table").render("\n".join(lines)))
 
 

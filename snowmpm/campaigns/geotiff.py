@@ -11,13 +11,15 @@ from snowmpm.quantities.table import quantity
 from snowmpm.render.probability_map import AGREEING, AGREEMENT, COLOURS, SHARES
 from snowmpm.stages import counted
 
+AGREED = "share of the runs that agree whether the flow gets there"
+
 
 def layers(maps):
     """(file name, words, unit, values (rows, columns)) of each layer of `Campaign.maps`."""
     for name, data in maps.data_vars.items():
         unit, inner = data.attrs.get("units", "1"), [dim for dim in data.dims if dim not in ("y", "x")]
         if not inner:
-            yield name, name, unit, data.values
+            yield name, AGREED if name == "agreement" else name, unit, data.values
             continue
         for k, at in enumerate(maps[inner[0]].values):
             yield f"{name}_{at:g}", _words(name, at), unit, data.values[k]

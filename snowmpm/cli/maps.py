@@ -6,6 +6,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from snowmpm import overwriting
@@ -35,9 +36,11 @@ class Files(str, Enum):
 
 
 KINDS = ("mp4", "gif")
-TERRAIN = "terrain.tif"
+SHADE = "hillshade.tif"
+MOST_CELLS = 4e6
+"""Of the shaded ground."""
 GAUGES = ("gauges.csv", "gauge_profiles.csv", "gauges.png")
-FIXED = (TERRAIN, "avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv",
+FIXED = (SHADE, "avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv",
          "avalanche.json", "before_after.png", "thalweg.png", "thalweg_time.png", *GAUGES)
 """Files beside those named after a map."""
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]
@@ -205,9 +208,9 @@ def _files(run, folder, asked, moments):
         yield write_geotiff(folder / f"{name}.tif", raster, run.origin, crs, f"{one.label} [{raster.units}]",
                             {**tags, "definition": one.definition})
         yield gis.write_style(folder / f"{name}.qml", name, raster)
-    terrain = _terrain(run)
-    if terrain is not None:
-        yield write_geotiff(folder / TERRAIN, terrain, run.origin, crs, "height of the ground [m]", tags)
+    shade = _shade(run)
+    if shade is not None:
+        yield write_geotiff(folder / SHADE, shade, run.origin, crs, "shaded ground, 0 black to 255 white", tags)
     if "flow_depth" not in run.hazard.get("numbers", {}):
         return
     gis.require_pyogrio()
@@ -219,23 +222,37 @@ def _files(run, folder, asked, moments):
     yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs, gis.vector_style)
     if crs:
         yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
-    yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments, terrain)
+    yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments, shade is not None)
     yield gis.write_numbers(folder / "avalanche.csv", run, asked)
     yield gis.write_areas(folder / "areas.csv", run)
     yield gis.write_record(folder / "avalanche.json", run, asked)
 
 
-def _terrain(run):
-    """`Map` of the height of the ground on the cells of the maps; None where the run does not know it."""
-    from snowmpm.io.reader import Map
-    from snowmpm.render.relief import height_raster
+def _shade(run):
+    """`Map` of the shaded ground under the maps, 0 to 255, as fine as the ground is known; None without a ground.
 
-    place = next(iter(run.maps.values()))
-    if run.terrain is None or run.terrain.facets.shape[1] != 3:
+    A shade that QGIS computes has seams, where the tiles meet that it draws."""
+    from snowmpm.io.reader import Map
+    from snowmpm.render import light
+    from snowmpm.render.relief import height_raster, map_shade
+
+    place, terrain = next(iter(run.maps.values())), run.terrain
+    if terrain is None or terrain.facets.shape[1] != 3:
         return None
-    heights = height_raster(run.terrain.vertices.astype(float), run.terrain.facets, (place.x0, place.y0), place.cell,
-                            place.values.shape[::-1])
-    return None if heights is None else Map(heights + run.origin[2], place.x0, place.y0, place.cell, "m")
+    extent = np.ptp(terrain.vertices[:, :2], axis=0)
+    known = np.sqrt(2.0 * float(extent.prod()) / len(terrain.facets))
+    finest = np.sqrt(MOST_CELLS / place.values.size)
+    parts = int(max(1.0, min(round(place.cell / known), finest, 16.0)))
+    cell = place.cell / parts
+    corner = np.array([place.x0, place.y0]) - 0.5 * place.cell + 0.5 * cell
+    shape = tuple(parts * n for n in place.values.shape[::-1])
+    heights = height_raster(terrain.vertices.astype(float), terrain.facets, corner, cell, shape)
+    if heights is None:
+        return None
+    values = np.full(heights.shape, np.nan)
+    shade = map_shade(heights, cell)
+    values[np.isfinite(shade)] = light.encode(np.repeat(shade[np.isfinite(shade)][:, None], 3, axis=-1))[:, 0]
+    return Map(values, *map(float, corner), cell, "1")
 
 
 def _pictures(run, folder, asked):

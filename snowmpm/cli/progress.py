@@ -202,7 +202,7 @@ def display(name, quiet=False):
     """The callback for a run named `name`, in the form of `--progress` or what fits where stderr goes; None for no
     output. Plain lines that were asked for come from the first step to the end, for the log of a batch job; quiet:
     nothing, also on a terminal."""
-    if quiet:
+    if quiet or sys.stderr is None:
         yield None
     elif watch.form() is watch.Form.json:
         yield Json(name)

@@ -30,7 +30,7 @@ class Form(str, Enum):
     json = "json"
 
 
-_paused = threading.Event()
+_paused, _printing = threading.Event(), threading.Lock()
 _form = Form.auto
 
 
@@ -48,8 +48,12 @@ def ask_for(wanted):
 def print_json(what, **facts):
     """Print progress as one line of JSON to stderr: {"progress": what, name: value}; what is not known is left out."""
     known = {name: value for name, value in facts.items() if value is not None}
-    with contextlib.suppress(OSError, ValueError):  # a closed pipe must not stop the run
-        print(json.dumps({"progress": what, **known}), file=sys.stderr, flush=True)
+    line = json.dumps({"progress": what, **known}) + "\n"
+    # In one piece: two threads report. A closed pipe must not stop the run
+    with _printing, contextlib.suppress(OSError, ValueError):
+        if sys.stderr is not None:
+            sys.stderr.write(line)
+            sys.stderr.flush()
 
 
 def sentence(now):
@@ -191,7 +195,7 @@ def watched(quiet=False, interval=None, form=Form.auto):
     """Context: stages of this program are shown on stderr; interval [s]: `LINE_INTERVAL` by default; form: a `Form`."""
     global _form
     interval, before = interval or LINE_INTERVAL, _form
-    if quiet:
+    if quiet or sys.stderr is None:
         yield
         return
     _form = Form(form)

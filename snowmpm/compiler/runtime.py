@@ -3,7 +3,6 @@
 import atexit
 import contextlib
 import ctypes
-import io
 import os
 import threading
 import time as clock
@@ -11,7 +10,7 @@ import warnings
 from pathlib import Path
 
 from snowmpm.compiler import array_memory, lifetime, probe
-from snowmpm.compiler.backend import impl, ti
+from snowmpm.compiler.backend import impl, part, ti
 from snowmpm.compiler.cache_folder import VARIABLE, cache_folder
 from snowmpm.compiler.settings import DTYPES, OWN, compiling, forget_threads, keep_turn, runs, started_here
 from snowmpm.compiler.settings import working_precision as precision
@@ -58,6 +57,17 @@ def start(backend: str = "auto", threads: int | None = None, fine_grained: bool 
     return _running["backend"]
 
 
+@contextlib.contextmanager
+def _without_greeting():
+    """Context: `ti.init` does not print "Starting on arch=..."; what others print meanwhile is not held up."""
+    module = part("lang.misc")
+    module.print = lambda *_, **__: None
+    try:
+        yield
+    finally:
+        del module.print
+
+
 def _start(backend, threads):
     """Call `ti.init` for "auto", "cpu" or "cuda", with `threads` CPU threads, by default one a core.
 
@@ -69,7 +79,7 @@ def _start(backend, threads):
     folder = cache_folder(impl.default_cfg().offline_cache_file_path)
     free_cache(folder)
     where = {} if os.environ.get(VARIABLE) == folder else {"offline_cache_file_path": folder}
-    with contextlib.redirect_stdout(io.StringIO()):  # "Starting on arch=..."
+    with _without_greeting():
         ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads or available_cores(), offline_cache=True,
                 **where, offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, **OWN)
     started_here()

@@ -1,10 +1,11 @@
 """The print layout of a QGIS project: a sheet A4 with the map, its legend, scale, north and what the run was."""
 
+import math
 from xml.etree import ElementTree as xml
 
-PAGE, MAP, LEGEND, SCALE, NORTH, TITLE, TEXT = (
+PAGE, MAP, LEGEND, SCALE, NUMBER, NORTH, TITLE, TEXT = (
     (297.0, 210.0), (8.0, 18.0, 209.0, 160.0), (219.0, 18.0, 70.0, 160.0), (12.0, 162.0, 60.0, 13.0),
-    (202.0, 20.0, 13.0, 17.0), (8.0, 6.0, 281.0, 10.0), (8.0, 181.0, 281.0, 25.0))
+    (219.0, 170.0, 40.0, 7.0), (202.0, 20.0, 13.0, 17.0), (8.0, 6.0, 281.0, 10.0), (8.0, 181.0, 281.0, 25.0))
 """Width and height of the page; left, top, width and height of its items [mm]."""
 MAP_ID = "{5a0f0001-0000-4000-8000-736e6f776d70}"
 """By which legend, scale and north find their map."""
@@ -24,14 +25,20 @@ def add_layout(root, name, extent, shown, text):
     _item(pages, "page", (0.0, 0.0, *PAGE)).append(_fill())
     place = _item(layout, "map", MAP, uuid=MAP_ID, templateUuid=MAP_ID, frame="true", background="true",
                   keepLayerSet="false", followPreset="false", mapRotation="0")
+    west, _, east, _ = shown_extent = _widened(extent)
     xml.SubElement(place, "Extent", **{side: f"{value:.3f}" for side, value in zip(
-        ("xmin", "ymin", "xmax", "ymax"), _widened(extent), strict=True)})
+        ("xmin", "ymin", "xmax", "ymax"), shown_extent, strict=True)})
     _legend(layout, shown)
     scale = _item(layout, "scale bar", SCALE, mapUuid=MAP_ID, style="Single Box", unitType="meters", unitLabel="m",
-          numUnitsPerSegment=f"{_round(0.1 * (extent[2] - extent[0])):g}", numMapUnitsPerScaleBarUnit="1",
+          numUnitsPerSegment=f"{_round(0.15 * (east - west)):g}", numMapUnitsPerScaleBarUnit="1",
           numSegments="2", numSegmentsLeft="0", segmentSizeMode="0", height="3")
-    xml.SubElement(scale, "text-style", fontFamily="Sans Serif", fontSize="9", fontSizeUnit="Point",
-                   textColor="0,0,0,255")
+    number = _item(layout, "scale bar", NUMBER, mapUuid=MAP_ID, style="Numeric", unitType="meters")
+    for item in (scale, number):
+        xml.SubElement(item, "text-style", fontFamily="Sans Serif", fontSize="9", fontSizeUnit="Point",
+                       textColor="0,0,0,255")
+        whole = xml.SubElement(xml.SubElement(item, "numericFormat", id="basic"), "Option", type="Map")
+        xml.SubElement(whole, "Option", name="decimals", type="int", value="0")
+        xml.SubElement(whole, "Option", name="show_thousand_separator", type="bool", value="false")
     _item(layout, "picture", NORTH, mapUuid=MAP_ID, file=ARROW, mode="0", northMode="0", resizeMode="0")
     _label(layout, TITLE, name, 16)
     _label(layout, TEXT, text, 8)
@@ -69,6 +76,7 @@ def _legend(layout, shown):
 
 
 def _label(layout, box, text, size):
+    text = text.replace("[%", "[ %")  # what QGIS would compute: names come from anybody
     item = _item(layout, "label", box, labelText=text, halign="1", valign="32", htmlState="0", marginX="0",
                  marginY="0")
     _font(item, "LabelFont", size)
@@ -80,11 +88,13 @@ def _font(parent, tag, size):
 
 
 def _widened(extent):
-    """The extent with a margin, in the shape of the map on the sheet."""
+    """The extent with a margin, in the shape of the map on the sheet and at a round scale."""
     west, south, east, north = extent
-    width, height = 1.05 * (east - west), 1.05 * (north - south)
-    shape = MAP[2] / MAP[3]
-    width, height = max(width, shape * height), max(height, width / shape)
+    least = 1.05e3 * max((east - west) / MAP[2], (north - south) / MAP[3])
+    power = 10.0 ** math.floor(math.log10(least))
+    scale = next(round(factor * power) for factor in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+                 if factor * power >= least)
+    width, height = 1e-3 * scale * MAP[2], 1e-3 * scale * MAP[3]
     x, y = 0.5 * (west + east), 0.5 * (south + north)
     return x - 0.5 * width, y - 0.5 * height, x + 0.5 * width, y + 0.5 * height
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from snowmpm.draft import write_text
 from snowmpm.gis.qgis_layout import add_layout
-from snowmpm.gis.qgis_style import DOCTYPE, VERSION, aliases, document, hillshade, pipe, renderer
+from snowmpm.gis.qgis_style import DOCTYPE, NAMED, VERSION, aliases, document, grey, labels, pipe, renderer
 from snowmpm.gis.temporal import add_moments
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import epsg_of, projection_name
@@ -16,26 +16,26 @@ from snowmpm.io.status import status_of
 from snowmpm.quantities.table import quantity
 
 SHOWN = ("gauge_points", "gauge_lines", "runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed",
-         "release", "affected_area", "peak_pressure", "terrain")
+         "release", "affected_area", "peak_pressure", "hillshade")
 """Layers visible when the project opens."""
 
 ORDER = ("gauge_points", "gauge_lines", "runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed",
          "release", "affected_area", "deposit", "pressure_classes")
 
-TERRAIN = "terrain"
-"""Raster of the ground's height, drawn as a hillshade below all others."""
+SHADE = "hillshade"
+"""Raster of the shaded ground, below all others."""
 
 LOCAL = ('ENGCRS["coordinates of the scene",EDATUM["coordinates of the scene"],CS[Cartesian,2],AXIS["x",east,ORDER[1]],'
          'AXIS["y",north,ORDER[2]],LENGTHUNIT["metre",1]]')
 """System of a run without a projection: metres, without a place on Earth. Without one QGIS measures in degrees."""
 
 
-def write_project(path, run, layers, geopackage, moments=(), terrain=None):
+def write_project(path, run, layers, geopackage, moments=(), shaded=False):
     """Write a .qgs project for the GeoTIFFs beside it, named after the maps of a `Run`, and the `layers` in the file
     `geopackage` beside it; -> its path.
 
-    moments: `temporal.Moment`s, layers of a group that the time slider shows; terrain: `Map` of the ground's height
-    that lies beside it as terrain.tif, or None.
+    moments: `temporal.Moment`s, layers of a group that the time slider shows; shaded: whether the shaded ground lies
+    beside it as hillshade.tif.
     """
     path, wkt = Path(path), run.provenance.get("crs") or LOCAL
     title = run.name.replace("_", " ")
@@ -46,27 +46,29 @@ def write_project(path, run, layers, geopackage, moments=(), terrain=None):
     tree, found = xml.SubElement(root, "layer-tree-group"), xml.SubElement(root, "projectlayers")
     vectors = {layer.name: layer for layer in layers}
     shown = []
-    for name in (*(name for name in ORDER if name in vectors), *run.maps, *([TERRAIN] if terrain is not None else ())):
+    for name in (*(name for name in ORDER if name in vectors), *run.maps, *([SHADE] if shaded else ())):
         vector = vectors.get(name)
         source = f"./{Path(geopackage).name}|layername={name}" if vector else f"./{name}.tif"
         provider, title = ("ogr" if vector else "gdal"), _title(name, vector, run)
         identity = f"{name}_{'vector' if vector else 'raster'}"
         leaf = xml.SubElement(tree, "layer-tree-layer", id=identity, name=title, source=source, providerKey=provider,
                               checked="Qt::Checked" if name in SHOWN else "Qt::Unchecked",
-                              expanded="1" if name in SHOWN and not vector and name != TERRAIN else "0")
+                              expanded="1" if name in SHOWN and not vector and name != SHADE else "0")
         layer = xml.SubElement(found, "maplayer", type="vector" if vector else "raster",
-                               **({"geometry": _geometry(vector), "wkbType": vector.geometry_type} if vector else {}))
+                               **({"geometry": _geometry(vector), "wkbType": vector.geometry_type,
+                                   "labelsEnabled": "1" if name in NAMED else "0"} if vector else {}))
         for tag, text in (("id", identity), ("datasource", source), ("layername", title)):
             xml.SubElement(layer, tag).text = text
         xml.SubElement(layer, "provider", encoding="UTF-8" if vector else "").text = provider
         xml.SubElement(layer, "srs").append(_system(wkt))
         if vector:
             layer.append(renderer(vector))
+            layer.extend(labels(vector))
             layer.append(aliases(vector))
         else:
-            layer.append(hillshade() if name == TERRAIN else pipe(name, run.maps[name]))
+            layer.append(grey() if name == SHADE else pipe(name, run.maps[name]))
             _hide_band(leaf, layer)
-        if name in SHOWN and name != TERRAIN:
+        if name in SHOWN and name != SHADE:
             shown.append(leaf)
     add_moments(root, tree, found, moments, lambda: _system(wkt))
     canvas = xml.SubElement(root, "mapcanvas", name="theMapCanvas", annotationsVisible="1")
@@ -95,10 +97,10 @@ def _hide_band(leaf, layer):
 
 def _title(name, vector, run):
     """Name of a layer: in words, of a raster with the unit of its values."""
-    if name == TERRAIN:
+    if name == SHADE:
         return "terrain"
     if vector:
-        return name.replace("_", " ")
+        return name.replace("_", " ").replace("runout", "run-out")
     return quantity(name, run.maps[name].units).heading
 
 
@@ -106,7 +108,8 @@ def _margin(run):
     """Text below the map on the sheet."""
     facts = ", ".join(f"{name}: {text}" for name, text in parameters(run).items() if name != "scene")
     projection = projection_name(run.provenance.get("crs")) or "no projection known: coordinates of the scene"
-    return "\n".join([f"{statement(run)} Run: {status_of(run).text}.", f"{facts}.", f"Projection: {projection}."])
+    status = status_of(run).text.rstrip(".")
+    return "\n".join([f"{statement(run)} Run: {status}.", f"{facts}.", f"Projection: {projection}."])
 
 
 def _system(wkt):

@@ -4,7 +4,7 @@ from itertools import pairwise
 from xml.etree import ElementTree as xml
 
 from snowmpm.draft import write_text
-from snowmpm.quantities.classes import classes_of
+from snowmpm.quantities.classes import Classes, classes_of
 from snowmpm.quantities.table import QUANTITIES
 
 VERSION = "3.22.0"
@@ -14,6 +14,11 @@ LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f",
          "runout_line": "#e0201b", "runout_point": "#e0201b", "observed": "#19c5ff",
          "obstacles": "#8a8a8a", "dams": "#8a8a8a", "gauge_lines": "#7d1c6d", "gauge_points": "#7d1c6d"}
 """Colours of vector layers; pressure classes have those of their raster."""
+
+GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
+"""Of a raster that has no classes."""
+NAMED = ("gauge_points", "gauge_lines", "obstacles", "dams")
+"""Layers whose features are named on the map."""
 
 DOCTYPE = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
 ZERO_IS_A_VALUE = "arrival_time"
@@ -40,10 +45,29 @@ def _write(path, drawn):
 
 def vector_style(layer, drawn=None):
     """The style of a vector `Layer` as text of a .qml file; drawn: its renderer, by default that of its name."""
-    root = xml.Element("qgis", version=VERSION, styleCategories="Symbology|Fields")
+    root = xml.Element("qgis", version=VERSION, styleCategories="Symbology|Labeling|Fields",
+                       labelsEnabled="1" if layer.name in NAMED else "0")
     root.append(renderer(layer) if drawn is None else drawn)
+    root.extend(labels(layer))
     root.append(aliases(layer))
     return document(root, DOCTYPE)
+
+
+def labels(layer):
+    """The elements that write the names of features beside them; none for a layer without."""
+    if layer.name not in NAMED:
+        return
+    settings = xml.Element("settings", calloutType="simple")
+    text = xml.SubElement(settings, "text-style", fieldName="name", isExpression="0", fontFamily="Sans Serif",
+                          fontSize="9", fontSizeUnit="Point", textColor=_colour(LINES[layer.name]), textOpacity="1")
+    xml.SubElement(text, "text-buffer", bufferDraw="1", bufferSize="0.8", bufferSizeUnits="MM",
+                   bufferColor=_colour("#ffffff"), bufferOpacity="1")
+    # Around points, above and along lines, within areas
+    place = "4" if "Polygon" in layer.geometry_type else "2" if "Line" in layer.geometry_type else "0"
+    xml.SubElement(settings, "placement", placement=place, placementFlags="10", dist="1", distUnits="MM", priority="8")
+    labeling = xml.Element("labeling", type="simple")
+    labeling.append(settings)
+    yield labeling
 
 
 def aliases(layer):
@@ -55,12 +79,15 @@ def aliases(layer):
     return root
 
 
-def hillshade():
-    """The element that draws band 1, heights [m], as a shaded relief lit from the north-west."""
+def grey():
+    """The element that draws band 1 from 0, black, to 255, white."""
     root = xml.Element("pipe")
-    xml.SubElement(root, "rasterrenderer", type="hillshade", band="1", opacity="1", alphaBand="-1", nodataColor="",
-                   azimuth="315", angle="45", zfactor="1", multidirection="1")
-    xml.SubElement(root, "brightnesscontrast", brightness="40", contrast="-20", gamma="1")
+    drawn = xml.SubElement(root, "rasterrenderer", type="singlebandgray", grayBand="1", gradient="BlackToWhite",
+                           opacity="1", alphaBand="-1", nodataColor="")
+    stretch = xml.SubElement(drawn, "contrastEnhancement")
+    for tag, text in (("minValue", "0"), ("maxValue", "255"), ("algorithm", "StretchToMinimumMaximum")):
+        xml.SubElement(stretch, tag).text = text
+    xml.SubElement(root, "brightnesscontrast", brightness="0", contrast="0", gamma="1")
     xml.SubElement(root, "huesaturation", saturation="0")
     xml.SubElement(root, "rasterresampler", maxOversampling="2", zoomedInResampler="bilinear")
     return root
@@ -76,7 +103,8 @@ def pipe(name, raster):
     """The element that draws band 1 in the classes of the raster `name` (a `snowmpm.io.Map`)."""
     finite = raster.values[raster.values > 0.0]
     largest = float(finite.max()) if finite.size else 1.0
-    classes = classes_of(name, largest)
+    classes = classes_of(name, largest) or Classes(tuple(largest * k / 6.0 for k in range(1, 6)), GREYS,
+                                                   unit=raster.units)
     return _pipe([*classes.limits, "inf"], [classes.label(k) for k in range(len(classes.colours))], classes.colours,
                  largest, None if name == ZERO_IS_A_VALUE else 0.0)
 

@@ -18,9 +18,9 @@ def epsg_of(wkt):
         return None
     code = system.to_epsg(min_confidence=CERTAIN)
     if code is not None:
-        return code
+        return code if _same_numbers(system, code) else None
     code = system.to_epsg(min_confidence=LIKELY)
-    return code if code is not None and _same_projection(system, code) else None
+    return code if code is not None and _same_names(system, code) and _same_numbers(system, code) else None
 
 
 def projection_name(wkt):
@@ -32,22 +32,37 @@ def projection_name(wkt):
     return system.name.replace("_", " ") + (f" (EPSG:{code})" if code else "")
 
 
-def _same_projection(system, code):
+def _same_names(system, code):
     import pyproj
 
     found = pyproj.CRS.from_epsg(code)
-    return _plain(found.name) == _plain(system.name) and _numbers(found) == _numbers(system)
+    return all(_plain(own) == _plain(other) for own, other in (
+        (found.name, system.name), (found.datum.name, system.datum.name)))
 
 
 def _plain(name):
+    """Without what .prj files change: blanks, signs, and whether a datum is an ensemble."""
+    name = name.removesuffix(" ensemble")
     return "".join(letter for letter in name.casefold() if letter.isalnum())
 
 
+def _same_numbers(system, code):
+    import pyproj
+
+    found = pyproj.CRS.from_epsg(code)
+    if system.is_compound or found.is_compound:
+        return True
+    return _numbers(found) == _numbers(system)
+
+
 def _numbers(crs):
-    """Semi-major axis [m], inverse flattening, and the parameters of the projection, in whatever order."""
-    form, operation = crs.ellipsoid, crs.coordinate_operation
+    """Semi-major axis [m], inverse flattening, prime meridian [degrees], unit of the axes, and the parameters of the
+    projection, in whatever order."""
+    form, operation, zero = crs.ellipsoid, crs.coordinate_operation, crs.prime_meridian
     values = [one.value * one.unit_conversion_factor for one in operation.params] if operation else []
-    return [round(value, 9) for value in (form.semi_major_metre, form.inverse_flattening, *sorted(values))]
+    axes = sorted(axis.unit_conversion_factor for axis in crs.axis_info[:2])
+    values = [form.semi_major_metre, form.inverse_flattening, zero.longitude if zero else 0.0, *axes, *sorted(values)]
+    return [round(value, 9) for value in values]
 
 
 def _system(wkt):

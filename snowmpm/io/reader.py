@@ -23,6 +23,7 @@ from snowmpm.io.records import LONGEST, SUMMARY, Record, read_record
 from snowmpm.io.rows import units_of
 from snowmpm.io.saw_test import SawTest, read_saw_test
 from snowmpm.io.scenario import scenario_of
+from snowmpm.io.status import status_of
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
 from snowmpm.quantities.table import OLD_NUMBERS, PASSED, RENAMED, renamed
@@ -260,7 +261,7 @@ class Run(Glance):
             return points, {name: root["PointData"][name][start : start + n] for name in names}
 
         points, values = self._read(action)
-        return Frame(float(self.times[i]), points, values, self.origin, (self, i))
+        return Frame(float(self.times[i]), points, values, self.origin, (self, range(len(self))[i]))
 
     def __iter__(self) -> Iterator[Frame]:
         return (self.frame(i) for i in range(len(self)))
@@ -327,6 +328,8 @@ class Run(Glance):
                  "history": f"{len(self.history['time'])} rows of {', '.join(self.history)}"}
         parts: dict[str, dict[str, Any]] = {"obstacles": self.obstacles, "maps": self.maps}
         facts |= {name: ", ".join(part) for name, part in parts.items() if part}
+        if self.hazard.get("numbers"):
+            facts["result"] = status_of(self).text
         facts |= {"also": ", ".join(name for name, part in (("terrain", self.terrain), ("saw_test", self.saw_test),
                                                             ("hazard", self.hazard)) if part)}
         state = "complete" if self.complete else f"not complete, up to {self.times[-1] if len(self) else 0.0:g} s"

@@ -249,7 +249,7 @@ def _loop(simulation, recorder, rest, checkpoints, phases, progress, interruptio
                               " that was found, or where its strain cannot be represented the step was left out"
                               f";\nthe history counts them (unconverged); {checkpoints}", stacklevel=3)
             now = clock.perf_counter()
-            if progress and now - said > PROGRESS_INTERVAL:
+            if progress is not None and now - said > PROGRESS_INTERVAL:
                 said = now
                 _tell(progress, report, simulation, recorder, now - start)
             if simulation.time >= next_frame:
@@ -267,7 +267,7 @@ def _loop(simulation, recorder, rest, checkpoints, phases, progress, interruptio
     _save(simulation, recorder, rest, checkpoints, phases)
     recorder.background.wait()
     phases.lap("output")
-    if progress:
+    if progress is not None:
         _tell(progress, report, simulation, recorder, clock.perf_counter() - start)
 
 

@@ -116,7 +116,7 @@ def outlook(scene):
 
 
 def _interval(end):
-    return next(step for step in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 1e9) if end / step <= FRAMES)
+    return next(step for step in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if end / step <= FRAMES)
 
 
 def _given_thickness(polygons, release, thickness):

@@ -1,6 +1,8 @@
 """The live display: what it says of a run that goes on."""
 
 import io
+import json
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -77,6 +79,27 @@ def test_lines_where_there_is_no_terminal(capsys, form, quiet, kind):
     with watch.watched(form=form), display("slope", quiet) as shown:
         assert type(shown) is kind
     assert watch.form() == "auto"
+
+
+def test_json_is_one_line_a_report_also_from_two_threads(monkeypatch):
+    """Share, time and what is known; nothing where standard error is closed."""
+    class Stream(io.StringIO):
+        def write(self, text):
+            assert text.endswith("\n")  # in one piece
+            return super().write(text)
+
+    stream = Stream()
+    monkeypatch.setattr(sys, "stderr", stream)
+    report = Json("slope")
+    for wall in (0.0, 0.1, 0.6):  # the second comes too soon
+        report(state(10.0 * wall, wall, 0.0))
+    rows = [json.loads(line) for line in stream.getvalue().splitlines()]
+    assert [row["share"] for row in rows] == [0.0, 0.6] and [row["time"] for row in rows] == [0.0, 6.0]
+    assert all(value is not None for row in rows for value in row.values())
+    monkeypatch.setattr(sys, "stderr", None)
+    watch.print_json("nobody reads it")
+    with watch.watched(form="json"), display("slope") as shown:
+        assert shown is None
 
 
 def test_lines_elsewhere_begin_late_and_say_nothing_of_a_short_run(monkeypatch):

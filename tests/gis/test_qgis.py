@@ -62,6 +62,48 @@ def test_pressure_classes_have_the_colours_of_the_picture(project):
     assert fill.split(",")[:3] == [str(int(PRESSURE.colours[2][i : i + 2], 16)) for i in (1, 3, 5)]
 
 
+def test_names_are_no_expressions_of_qgis(straight, tmp_path, monkeypatch):
+    """Runs come from anybody: QGIS would compute what stands between [% and %] of a label, such as a variable of the
+    system."""
+    monkeypatch.setitem(straight.provenance, "scene_name", "[% env('HOME') %]")
+    root = xml.parse(write_project(tmp_path / "avalanche.qgs", straight, layers_of(straight), "avalanche.gpkg")).getroot()
+    texts = [item.get("labelText") for item in root.iter("LayoutItem") if item.get("labelText")]
+    assert len(texts) == 2 and "env('HOME')" in texts[0] and not any("[%" in text for text in texts)
+
+
+def test_a_raster_without_classes_is_drawn_in_greys(straight, tmp_path):
+    raster = straight.maps["peak_depth"]
+    root = xml.parse(write_style(tmp_path / "x.qml", "unheard_of", raster)).getroot()
+    assert len(root.findall("pipe/rasterrenderer/rastershader/colorrampshader/item")) == 6
+
+
+def test_the_sheet_has_a_round_scale_that_holds_the_flow(project, straight):
+    """480 m over 209 mm need 1:2412 at least, with its margin: 1:2500; the bar is 150 m, 0.15 of the map."""
+    extent = project[1].find(".//LayoutItem[@id='map']/Extent")
+    west, south, east, north = (float(extent.get(side)) for side in ("xmin", "ymin", "xmax", "ymax"))
+    assert (east - west) / 0.209 == pytest.approx(2500.0) and (north - south) / 0.160 == pytest.approx(2500.0)
+    x0 = straight.origin[0]
+    assert west < x0 + 20.0 and east > x0 + 500.0
+    bar = project[1].find(".//LayoutItem[@style='Single Box']")
+    assert bar.get("numUnitsPerSegment") == "50"
+
+
+def test_what_was_named_is_named_on_the_map(straight, tmp_path):
+    """Gauges, dams and obstacles, in the project and in the styles of the GeoPackage; nothing else."""
+    import shapely
+
+    from snowmpm.gis import vector_style
+    from snowmpm.gis.layers import Layer
+
+    road = Layer("gauge_lines", "LineString", [(shapely.LineString([(0, 0), (1, 1)]), {"name": "road"})])
+    path = write_project(tmp_path / "avalanche.qgs", straight, [*layers_of(straight), road], "avalanche.gpkg")
+    found = {layer.findtext("id"): layer for layer in xml.parse(path).getroot().iter("maplayer")
+             if layer.get("labelsEnabled") == "1"}
+    assert list(found) == ["gauge_lines_vector"]
+    assert found["gauge_lines_vector"].find("labeling/settings/text-style").get("fieldName") == "name"
+    assert 'labelsEnabled="1"' in vector_style(road) and 'labelsEnabled="0"' in vector_style(layers_of(straight)[0])
+
+
 def test_styles_put_values_into_the_classes_of_the_table(straight, tmp_path):
     for name, raster in straight.maps.items():
         root = xml.parse(write_style(tmp_path / f"{name}.qml", name, raster)).getroot()

@@ -111,7 +111,7 @@ def layers(files, release=LAMBERT):
         {"name": "release", "kind": "Polygon", "crs": release, "fields": fields,
          "features": [[BOWL, [1.5, "100 years"]]]},
         {"name": "two", "kind": "Polygon", "crs": release, "fields": fields,
-         "features": [[BOWL, [1.5, "100 years"]], [PART, [0.8, "10 years"]]]},
+         "features": [[BOWL, [1.5, "100 years"]], [PART, [None, "10 years"]]]},
         {"name": "beside", "kind": "Polygon", "crs": release, "features": [
             ["POLYGON((610000 200100,610100 200100,610100 200200,610000 200100))", []]]},
         {"name": "empty", "kind": "Polygon", "crs": release, "fields": fields, "features": []},
@@ -161,7 +161,7 @@ def test_an_avalanche_from_layers_of_the_project(tmp_path, files):
     assert 600.0 < good["result"]["RUNOUT"] < 1000.0 and good["result"]["STATUS"].startswith("final")
     assert all(Path(good["result"][name]).is_file() for name in constants("avalanche")["MAPS"])
     group, children = good["tree"][0]
-    assert group == "avalanche" and names(children)[:2] == ["runout point", "runout line"]
+    assert group == "avalanche" and names(children)[:2] == ["run-out point", "run-out line"]
     assert names(children)[-1] == "terrain" and "peak pressure ρv² [Pa]" in names(children)
     assert all(valid and crs == LAMBERT for _, valid, _, crs in children)
     shares = good["shares"]
@@ -204,6 +204,8 @@ def test_other_algorithms_and_projections(tmp_path, files):
     for one, scenarios in ((field, ["100 years", "10 years"]), (table, ["10 years", "30 years"]),
                            (dams, ["without dams", "high up", "below"])):
         group = one["tree"][0][1]
+        if one is dams:
+            assert group.pop(0)[:3] == ["dams", True, True]
         assert names(group) == ["affected area", "above 1 kPa", "above 3 kPa", "above 10 kPa", "above 30 kPa",
                                 *scenarios, "terrain"]
         head = Path(one["result"]["TABLE"]).read_text(encoding="utf-8").splitlines()[0]
@@ -211,11 +213,42 @@ def test_other_algorithms_and_projections(tmp_path, files):
     assert table["tree"][0][0] == "periods"
     shares = names(campaign["tree"][0][1])
     assert shares[0] == "share of runs with a peak pressure ρv² of at least 1 kPa"
-    assert campaign["tree"][0][1][0][2] and not campaign["tree"][0][1][1][2]
+    assert campaign["tree"][0][1][0][2] and not campaign["tree"][0][1][1][2] and shares[-2:] == ["release", "terrain"]
     assert "gauge lines" in names(maps["tree"][0][1]) and "flow depth over time" in names(maps["tree"][0][1])
     assert 0.0 < seen["result"]["CRITICAL_SUCCESS_INDEX"] < 1.0 and "RUNOUT_DIFFERENCE" in seen["result"]
     assert "observed" in names(seen["tree"][0][1])
     assert (tmp_path / "map.png").stat().st_size > 5000
+
+
+@needs_qgis
+@pytest.mark.slow
+def test_odd_inputs(tmp_path, files):
+    """Results of an earlier run as inputs of the next in the same folder; terrain in degrees in a project of web maps;
+    names twice, fields that are not there, tables of odd length, folders that cannot be."""
+    out = tmp_path / "out"
+    again = {**BASE, "OUTPUT": str(out)}
+    table = {**BASE, "OUTPUT": str(tmp_path / "refused")}
+    (tmp_path / "a_file").write_text("")
+    found = drive(tmp_path, files, [
+        {"algorithm": "snowmpm:avalanche", "parameters": {**again, "TERRAIN": "degrees"}},
+        {"algorithm": "snowmpm:avalanche", "parameters": {**again, "TERRAIN": str(out / "terrain.tif"),
+                                                          "RELEASE": str(out / "release.gpkg"), "THICKNESS": 0.7}},
+        {"algorithm": "snowmpm:scenarios", "parameters": {**table, "SCENARIOS": ["a", 0.7, "", "a", 1.2, ""]}},
+        {"algorithm": "snowmpm:scenarios", "parameters": {**table, "SCENARIOS": ["a", 0.7]}},
+        {"algorithm": "snowmpm:scenarios", "parameters": {**table, "SCENARIO_FIELD": "nope"}},
+        {"algorithm": "snowmpm:dam_variants", "parameters": {**table, "DAMS": "dams", "VARIANT_FIELD": "nope"}},
+        {"algorithm": "snowmpm:avalanche", "parameters": {**table, "THICKNESS_FIELD": "nope"}},
+        {"algorithm": "snowmpm:avalanche", "parameters": {**BASE, "OUTPUT": str(tmp_path / "a_file")}},
+    ], project="EPSG:3857")
+    first, second, *refused = found
+    assert first["fine"], first["log"][-3:]
+    assert any("from EPSG:4326 to EPSG:326" in line for line in first["log"])
+    assert second["fine"], second["log"][-3:]
+    assert 0.0 < second["result"]["RUNOUT"] < first["result"]["RUNOUT"]
+    words = ("Scenario a is there twice", "has 2 cells", "has no attribute nope", "has no attribute nope",
+             "has no attribute nope", "a_file")
+    for one, said in zip(refused, words, strict=True):
+        assert not one["fine"] and any(said in line for line in [one["error"], *one["log"]]), (said, one)
 
 
 @needs_qgis

@@ -60,7 +60,7 @@ def test_the_sheet_shows_what_the_map_shows(opened):
 def test_a_layer_by_itself_brings_its_style(opened):
     """The thalweg is dashed (Qt.DashLine is 2), and its fields have units."""
     assert opened[0]["style_of_thalweg"] == 2
-    assert opened[0]["layers"]["runout point"]["aliases"]["runout"] == "run-out [m]"
+    assert opened[0]["layers"]["run-out point"]["aliases"]["runout"] == "run-out [m]"
 
 
 def test_the_ground_is_shaded(tmp_path):

@@ -20,7 +20,9 @@ def test_a_raster_beside_a_prj_file_has_its_code(code, tmp_path):
 
 @pytest.mark.parametrize(("was", "now"), [('"false_easting",400000', '"false_easting",410000'),
                                           ('"central_meridian",13.3333333333333', '"central_meridian",13.4'),
-                                          ("299.1528128", "299.3")])
+                                          ("299.1528128", "299.3"), ('"Greenwich",0', '"Paris",2.33722917'),
+                                          ('UNIT["metre",1', 'UNIT["foot",0.3048'),
+                                          ('PROJCS["MGI / Austria Lambert"', 'PROJCS["Another"')])
 def test_a_projection_of_other_numbers_is_not_that_of_the_name(was, now, tmp_path):
     (tmp_path / "slope.prj").write_text(pyproj.CRS.from_epsg(31287).to_wkt("WKT1_ESRI"))
     (tmp_path / "slope.asc").write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n3 4\n")

@@ -112,6 +112,56 @@ def test_a_glance_has_a_table_and_a_picture(flat, space):
         assert "<table>" in shown and shown.count("<img") == 1 and len(shown) < 150_000
 
 
+def test_a_picture_is_of_the_run_that_is_there_now(tmp_path, monkeypatch):
+    """The same folder written anew, and another folder of the same name."""
+    def write(place, high):
+        place.mkdir(parents=True, exist_ok=True)
+        with RunWriter(place, provenance={}, dimension=2) as writer:
+            writer.frame(0.0, np.random.default_rng(1).random((50, 3)) * [1.0, 0.0, high], {})
+        return place
+
+    write(tmp_path / "a" / "r", 1.0), write(tmp_path / "b" / "r", 3.0)
+    found = []
+    for folder in ("a", "b"):
+        monkeypatch.chdir(tmp_path / folder)
+        found.append(snowmpm.open_run("r")._repr_html_())
+    write(tmp_path / "b" / "r", 5.0)
+    found.append(snowmpm.open_run("r")._repr_html_())
+    pictures = {re.search(r"base64,([^\"]*)", one)[1] for one in found}
+    assert len(pictures) == 3
+
+
+def test_odd_frames_as_pyvista(tmp_path):
+    """None but the frame that was meant, also after more have come; obstacles of odd names; no particles at all."""
+    shape = (np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([[0, 1, 2]]))
+    with RunWriter(tmp_path, provenance={}, obstacles={"snow": shape, "wall": shape}) as writer:
+        writer.frame(0.0, np.zeros((3, 3)), {}, poses={"wall": (np.eye(3), np.zeros(3))})
+        run = snowmpm.open_run(tmp_path)
+        last = run.frame(-1)
+        writer.frame(1.0, np.zeros((0, 3)), {}, poses={"wall": (np.eye(3), np.array([10.0, 0.0, 0.0]))})
+    run.refresh()
+    blocks = last.to_pyvista()
+    assert blocks["snow"].n_points == 3 and blocks["snow (obstacle)"].n_points == 3
+    assert blocks["wall"].points[:, 0].max() == 1.0
+    assert run.frame(1).to_pyvista()["wall"].points[:, 0].max() == 11.0
+    assert run.frame(1).to_pyvista()["snow"].n_points == 0
+    with RunWriter(tmp_path / "empty", provenance={}):
+        pass
+    with pytest.raises(InputError, match="no frame"):
+        snowmpm.open_run(tmp_path / "empty").plotter()
+
+
+def test_progress_is_told_to_what_can_be_called(tmp_path):
+    """Also to a callable that counts as empty; True and False are no callables."""
+    class Told(list):
+        __call__ = list.append
+
+    told, block = Told(), Path(__file__).parents[1] / "cli" / "block.toml"
+    for progress in (told, True, False):
+        snowmpm.run(snowmpm.load_scene(block), tmp_path, progress=progress)
+    assert told
+
+
 CELLS = ("""
 import snowmpm
 scene = snowmpm.load_scene(BLOCK)

@@ -59,10 +59,15 @@ class Avalanche(Algorithm):
         run = os.path.join(folder, "run")
         program.run(["run", os.path.join(folder, f"{scene}.toml"), "-o", run, "--overwrite"], feedback, steps.next(),
                     folder)
-        program.run(["maps", run, "--files", "gis"], feedback, steps.next(), folder)
+        program.run(["maps", run, "--files", "gis", "-q"], feedback, steps.next(), folder)
         self._load, self._name = self.parameterAsBoolean(parameters, "LOAD", context), name
         self._maps = os.path.join(run, "maps")
-        return {"OUTPUT": folder, "RUN": run, **numbers(self._maps)}
+        found = numbers(self._maps)
+        for key, (_, words) in NUMBERS.items():
+            if key in found:
+                feedback.pushInfo(f"{tr(words)}: {found[key]:g}")
+        feedback.pushInfo(found["STATUS"])
+        return {"OUTPUT": folder, "RUN": run, **found}
 
     def add_to(self, project, feedback):
         group = results.new_group(project, self._name)

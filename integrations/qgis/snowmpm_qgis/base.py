@@ -96,7 +96,7 @@ class Algorithm(QgsProcessingAlgorithm):
         self.add(QgsProcessingParameterField("THICKNESS_FIELD", tr("Attribute with the thickness of the release [m]"),
                                              None, "RELEASE", QgsProcessingParameterField.DataType.Numeric, False,
                                              True),
-                 "Normal to the slope. Without it, the number below holds for all areas.")
+                 "Normal to the slope. The number below holds for areas without a value.")
         self.add(QgsProcessingParameterNumber("THICKNESS", tr("Thickness of the release [m]"), DOUBLE, 1.0, False, 0.01,
                                               50.0), "Normal to the slope.")
 
@@ -104,16 +104,22 @@ class Algorithm(QgsProcessingAlgorithm):
         """Friction of the ground."""
         self.add(QgsProcessingParameterEnum("FRICTION", tr("Friction of the ground"), [*CARDS, OWN], False, CARDS[0],
                                             False, True),
-                 "A published class by its name (the guide has them), samos_at_auto by the volume of the release; or"
-                 " voellmy with the two numbers below. Results depend on it more than on all else: run several.")
+                 "A published class (Help lists them): samos_at_auto chooses by the volume of the release, voellmy"
+                 " takes the two numbers under Advanced Parameters. Results depend on it more than on all else: run"
+                 " several. In scripts, its name, not a number.")
         self.add(QgsProcessingParameterNumber("MU", tr("Voellmy: mu"), DOUBLE, 0.155, False, 0.0, 2.0), advanced=True)
         self.add(QgsProcessingParameterNumber("XI", tr("Voellmy: xi [m/s²]"), DOUBLE, 1120.0, False, 1.0, 1e6),
                  advanced=True)
 
     def add_cells(self):
-        """Width of the cells."""
+        """Width of the cells, time and frames."""
         self.add(QgsProcessingParameterNumber("CELL", tr("Width of a cell [m] (0: that of the terrain, or about 5 m)"),
                                               DOUBLE, 0.0, False, 0.0, 1000.0), advanced=True)
+        self.add(QgsProcessingParameterNumber("END_TIME", tr("Longest time of the flow [s] (0: guessed)"), DOUBLE, 0.0,
+                                              False, 0.0, 1e5),
+                 "A run ends when the snow rests, or then. Give more where a run is not final.", advanced=True)
+        self.add(QgsProcessingParameterNumber("INTERVAL", tr("Time between two frames [s] (0: guessed)"), DOUBLE, 0.0,
+                                              False, 0.0, 1e4), advanced=True)
 
     def add_dams(self, optional=True):
         """Dams."""
@@ -137,8 +143,11 @@ class Algorithm(QgsProcessingAlgorithm):
     def folder(self, parameters, context):
         """The folder of the results, made where it is missing. Raises QgsProcessingException for one with other files
         than those of an earlier run."""
-        folder = self.parameterAsString(parameters, "OUTPUT", context)
-        os.makedirs(folder, exist_ok=True)
+        folder = os.path.abspath(self.parameterAsString(parameters, "OUTPUT", context))
+        try:
+            os.makedirs(folder, exist_ok=True)
+        except OSError as error:
+            raise QgsProcessingException(f"{folder}: {error.strerror}") from error
         strange = [name for name in os.listdir(folder) if not name.startswith(".")]
         if strange and not os.path.exists(os.path.join(folder, MARK)):
             raise QgsProcessingException(tr("{} holds files of others, such as {}: choose an empty folder").format(
@@ -155,7 +164,6 @@ class Algorithm(QgsProcessingAlgorithm):
         crs = inputs.metric_system(layer)
         extent = self.parameterAsExtent(parameters, "EXTENT", context, crs)
         path = os.path.join(folder, "terrain.tif")
-        inputs.remove(path)
         inputs.write_raster(layer, path, crs, feedback, None if extent.isNull() else extent)
         return path, crs
 
@@ -165,8 +173,8 @@ class Algorithm(QgsProcessingAlgorithm):
         if source is None:
             raise QgsProcessingException(self.invalidSourceError(parameters, "RELEASE"))
         if thickness is None:
-            thickness = (self.parameterAsString(parameters, "THICKNESS_FIELD", context)
-                         or self.parameterAsDouble(parameters, "THICKNESS", context))
+            thickness = (self.parameterAsString(parameters, "THICKNESS_FIELD", context),
+                         self.parameterAsDouble(parameters, "THICKNESS", context))
         path = os.path.join(folder, f"{name}.gpkg")
         if not inputs.write_features(source, path, context, feedback, crs, numbers={"thickness": thickness}, keep=keep):
             raise QgsProcessingException(tr("Release areas: no polygon"))
@@ -179,6 +187,7 @@ class Algorithm(QgsProcessingAlgorithm):
             return []
         field = self.parameterAsString(parameters, "DAM_HEIGHT_FIELD", context)
         usual = self.parameterAsDouble(parameters, "DAM_HEIGHT", context)
+        inputs.require_field(source, field)
         heights = {}
         for feature in source.getFeatures():
             if feature.hasGeometry() and (keep is None or keep(feature)):
@@ -203,8 +212,10 @@ class Algorithm(QgsProcessingAlgorithm):
     def settings(self, parameters, context, **more):
         """{key: value} of the scene, as of `--set`."""
         found = {"terrain.friction": self.friction(parameters, context)}
-        cell = self.parameterAsDouble(parameters, "CELL", context)
-        return {**found, **({"solver.dx": cell} if cell > 0.0 else {}), **more}
+        for name, key in (("CELL", "solver.dx"), ("END_TIME", "end_time"), ("INTERVAL", "output.interval")):
+            value = self.parameterAsDouble(parameters, name, context)
+            found.update({key: value} if value > 0.0 else {})
+        return {**found, **more}
 
     def title(self, parameters, context):
         """Name of the group of results."""
@@ -245,7 +256,7 @@ def toml(value):
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)  # what it escapes, TOML does as well
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # what it escapes, TOML does as well
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {toml(item)}" for key, item in value.items()) + " }"
     if isinstance(value, (list, tuple)):

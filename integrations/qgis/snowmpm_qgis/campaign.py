@@ -6,7 +6,7 @@ from qgis.core import QgsProcessingException, QgsProcessingParameterNumber, QgsP
 
 from . import program, results
 from .base import DOUBLE
-from .many import Many
+from .many import Many, rows
 from .words import tr
 
 RANGES = (("MU", "mu", "terrain.friction.mu", 0.1, 0.3), ("XI", "xi [m/s²]", "terrain.friction.xi", 1000.0, 3000.0),
@@ -14,6 +14,13 @@ RANGES = (("MU", "mu", "terrain.friction.mu", 0.1, 0.3), ("XI", "xi [m/s²]", "t
 """(name, words, key of the scene, usual lowest and highest value) of what is not known."""
 SHOWN = ("pressure_probability_1000", "depth_probability_0.5")
 INTEGER = QgsProcessingParameterNumber.Type.Integer
+
+
+def _place(name):
+    """Where a layer stands: what is shown first, then shares by limit, quantiles, agreement."""
+    kind, _, number = name.rpartition("_")
+    return (SHOWN.index(name) if name in SHOWN else len(SHOWN), name == "agreement", "quantile" in kind, kind,
+            float(number) if number.replace(".", "").isdigit() else 0.0)
 
 
 class Campaign(Many):
@@ -61,7 +68,12 @@ class Campaign(Many):
         out = self.run_campaign(feedback, folder, steps.next(), name, {
             "design": "latin_hypercube", "runs": self.parameterAsInt(parameters, "RUNS", context), "seed": 1}, tables)
         self._maps = os.path.join(folder, "maps")
-        program.run(["campaign", "maps", out, "-o", self._maps], feedback, steps.next(), folder)
+        program.run(["campaign", "maps", out, "-o", self._maps, "-q"], feedback, steps.next(), folder)
+        self._one = os.path.join(folder, "maps_of_one")
+        one = rows(os.path.join(out, "table.csv"))[:1]
+        if one:  # for the ground and the release
+            program.run(["maps", os.path.join(out, "runs", one[0]["hash"]), "-o", self._one, "--files", "gis", "-q"],
+                        feedback, None, folder)
         self._load, self._name = self.parameterAsBoolean(parameters, "LOAD", context), name
         return {"OUTPUT": folder, "TABLE": os.path.join(out, "table.csv"), "REPORT": os.path.join(out, "report.html")}
 
@@ -80,7 +92,9 @@ class Campaign(Many):
         group, found = results.new_group(project, self._name), []
         names = sorted(name[:-4] for name in os.listdir(self._maps) if name.endswith(".tif"))
         names = [name for name in names if "_low_" not in name and "_high_" not in name]
-        for name in sorted(names, key=lambda name: (SHOWN.index(name) if name in SHOWN else len(SHOWN), name)):
+        for name in sorted(names, key=_place):
             layer = results.add_raster(os.path.join(self._maps, f"{name}.tif"), project, group, name == SHOWN[0])
             found += [layer] if name == SHOWN[0] and layer is not None else []
+        results.add_project(os.path.join(self._one, "avalanche.qgs"), project, group,
+                            lambda name: name in ("release", "terrain"))
         return found

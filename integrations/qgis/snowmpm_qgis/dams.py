@@ -1,8 +1,10 @@
 """Variants of dams, side by side with the slope as it is."""
 
+import os
+
 from qgis.core import QgsProcessingException, QgsProcessingParameterField, QgsProcessingParameterString
 
-from . import inputs, program
+from . import inputs, program, results
 from .many import Many
 from .words import tr
 
@@ -35,8 +37,14 @@ class DamVariants(Many):
         steps.next()
         terrain, crs = self.write_ground(parameters, context, feedback, folder)
         release = self.write_release(parameters, context, feedback, folder, crs)
+        field = self.parameterAsString(parameters, "VARIANT_FIELD", context)
+        self._dams = os.path.join(folder, "dams.gpkg")
+        inputs.write_features(self.parameterAsSource(parameters, "DAMS", context), self._dams, context, feedback, crs,
+                              texts={"variant": field} if field else None)
         sets = {tr("without dams"): {"terrain.dams": []}}
         for k, (variant, keep) in enumerate(self._variants(parameters, context)):
+            if variant in sets:
+                raise QgsProcessingException(tr("{} is the name of the slope as it is: take another").format(variant))
             dams = self.write_dams(parameters, context, feedback, folder, crs, f"dams_{k:02d}", keep)
             sets[variant] = {"terrain.dams": dams}
         self.write_scene(parameters, context, feedback, folder, steps.next(), release, terrain)
@@ -58,4 +66,7 @@ class DamVariants(Many):
         return found
 
     def add_to(self, project, feedback):
-        return self.add_scenarios(project)
+        found = self.add_scenarios(project)
+        group = project.layerTreeRoot().children()[0]
+        results.add_vector(self._dams, "features", tr("dams"), project, group, True, at_top=True)
+        return found

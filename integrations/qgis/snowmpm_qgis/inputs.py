@@ -35,8 +35,21 @@ def system_of(crs):
     return QgsCoordinateReferenceSystem() if crs.toWkt().startswith(("LOCAL_CS", "ENGCRS")) else crs
 
 
+def _beside(path):
+    """A file beside that of an earlier run, which may be the source of the new one."""
+    stem, ending = os.path.splitext(path)
+    remove(f"{stem}.new{ending}")
+    return f"{stem}.new{ending}"
+
+
+def _put(new, path):
+    """Put a new file in the place of an earlier one."""
+    remove(path)
+    os.replace(new, path)
+
+
 def remove(path):
-    """Remove a file of an earlier run, and what SQLite left beside it."""
+    """Remove a file, and what SQLite and GDAL left beside it."""
     for file in (path, path + "-wal", path + "-shm", path + ".aux.xml"):
         if os.path.exists(file):
             os.remove(file)
@@ -58,7 +71,9 @@ def metric_system(layer):
 
 
 def _in_metres(crs):
-    return not crs.isGeographic() and crs.mapUnits() == QgsUnitTypes.DistanceUnit.DistanceMeters
+    """Whether a metre of it is one on the ground, near enough: that of web maps is 0.7 m in the Alps."""
+    metres = crs.mapUnits() == QgsUnitTypes.DistanceUnit.DistanceMeters
+    return metres and not crs.isGeographic() and crs.projectionAcronym() != "merc"
 
 
 def write_raster(layer, path, crs, feedback, extent=None):
@@ -68,7 +83,7 @@ def write_raster(layer, path, crs, feedback, extent=None):
     """
     if layer is None or not layer.isValid():
         raise QgsProcessingException(tr("The elevation model is no raster that can be read."))
-    source, scratch = layer.source().split("|")[0], None
+    source, scratch, new = layer.source().split("|")[0], None, _beside(path)
     if layer.providerType() != "gdal":
         source = scratch = path + ".source.tif"
         _copy_of_service(layer, source)
@@ -79,17 +94,23 @@ def write_raster(layer, path, crs, feedback, extent=None):
         opened = gdal.Open(source)
         if own.isValid() and own != crs:
             feedback.pushInfo(tr("The elevation model is brought from {} to {}.").format(_named(own), _named(crs)))
-            gdal.Warp(path, opened, srcSRS=own.toWkt(), dstSRS=crs.toWkt(), resampleAlg="bilinear", outputBounds=box,
+            gdal.Warp(new, opened, srcSRS=own.toWkt(), dstSRS=crs.toWkt(), resampleAlg="bilinear", outputBounds=box,
                       dstNodata=NO_DATA, **options)
         else:
             if box:
                 options["projWin"] = [box[0], box[3], box[2], box[1]]
-            gdal.Translate(path, opened, bandList=[1], outputSRS=own.toWkt() if own.isValid() else None, **options)
+            named = own.toWkt() if own.isValid() else None
+            made = gdal.Translate(new, opened, bandList=[1], outputSRS=named, **options)
+            if not own.isValid():
+                made.SetProjection("")
+            made = None  # closes the file
+        opened = None
     except RuntimeError as error:
         raise QgsProcessingException(tr("The elevation model could not be copied: {}").format(error)) from error
     finally:
         if scratch and os.path.exists(scratch):
             os.remove(scratch)
+    _put(new, path)
     return path
 
 
@@ -112,10 +133,12 @@ def write_features(source, path, context, feedback, crs=None, numbers=None, text
     """Write the features of a feature source to a new GeoPackage; -> how many.
 
     crs: of the file, by default that of the source; where either is invalid, coordinates stay as they are. numbers,
-    texts: {attribute of the file: name of the source's field, or a value}; keep: takes a feature, and says whether it
-    is written. Features without geometry are left out.
+    texts: {attribute of the file: name of the source's field, or a value, or (name, value where it is null)}; keep:
+    takes a feature, and says whether it is written. Features without geometry are left out.
     """
-    remove(path)
+    new = _beside(path)
+    for name in [*(numbers or {}).values(), *(texts or {}).values()]:
+        require_field(source, name[0] if isinstance(name, tuple) else name)
     fields = QgsFields()
     for name in numbers or {}:
         fields.append(QgsField(name, QVariant.Double))
@@ -132,7 +155,7 @@ def write_features(source, path, context, feedback, crs=None, numbers=None, text
     options.driverName, options.layerName = "GPKG", "features"
     options.datasourceOptions = ["VERSION=1.3"]
     kind = QgsWkbTypes.multiType(QgsWkbTypes.flatType(source.wkbType()))
-    writer = QgsVectorFileWriter.create(path, fields, kind, crs if crs.isValid() else own, project, options)
+    writer = QgsVectorFileWriter.create(new, fields, kind, crs if crs.isValid() else own, project, options)
     if writer.hasError() != QgsVectorFileWriter.WriterError.NoError:
         raise QgsProcessingException(writer.errorMessage())
     count = 0
@@ -154,12 +177,26 @@ def write_features(source, path, context, feedback, crs=None, numbers=None, text
         writer.addFeature(written, QgsFeatureSink.Flag.FastInsert)
         count += 1
     del writer  # closes the file
+    if count:
+        _put(new, path)
+    else:
+        remove(new)
     return count
 
 
+def require_field(source, name):
+    """Raise QgsProcessingException for the name of a field that the source does not have; numbers are none."""
+    if isinstance(name, str) and name and source.fields().lookupField(name) < 0:
+        raise QgsProcessingException(tr("{} has no attribute {}").format(source.sourceName(), name))
+
+
 def value_of(feature, field, kind):
-    """Value of a field of a feature, None where it is null; or the value itself, where it is no name of a field."""
-    value = feature[field] if isinstance(field, str) and feature.fields().lookupField(field) >= 0 else field
+    """Value of a field of a feature, None where it is null; or the value itself, where it is no name of a field; of
+    (field, value) the value where there is no such field or it is null."""
+    if isinstance(field, tuple):
+        own = value_of(feature, field[0], kind) if field[0] else None
+        return field[1] if own is None else own
+    value = feature[field] if isinstance(field, str) else field
     if value is None or value == QVariant() or str(value) == "NULL":
         return None
     try:
@@ -171,6 +208,7 @@ def value_of(feature, field, kind):
 
 def values_of(source, field):
     """Values of a field as text, in the order of the features, each once."""
+    require_field(source, field)
     found = {}
     for feature in source.getFeatures(QgsFeatureRequest()):
         text = value_of(feature, field, str)

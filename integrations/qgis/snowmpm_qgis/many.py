@@ -40,14 +40,14 @@ class Many(Algorithm):
         tables = [("parameters.scenario", {"distribution": "scenarios"}),
                   *((f"parameters.scenario.sets.{toml(one)}", changes) for one, changes in sets.items())]
         out = self.run_campaign(feedback, folder, steps.next(), name, {"design": "grid"}, tables)
-        show, rows = steps.next(), _rows(os.path.join(out, "table.csv"))[:MOST_MAPS]
+        show, done = steps.next(), rows(os.path.join(out, "table.csv"))[:MOST_MAPS]
         self._maps = []
-        for k, row in enumerate(rows):
+        for k, row in enumerate(done):
             maps = os.path.join(folder, "maps", f"{k:02d}")
             program.run(["maps", os.path.join(out, "runs", row["hash"]), "-o", maps, "--files", "gis", "-q"],
                         feedback, None, folder)
             self._maps.append((row["scenario"], maps))
-            show((k + 1) / len(rows))
+            show((k + 1) / len(done))
         self._load, self._name, self._out = self.parameterAsBoolean(parameters, "LOAD", context), name, out
         return {"OUTPUT": folder, "TABLE": os.path.join(out, "scenarios.csv"),
                 "OUTLINES": os.path.join(out, "scenarios.gpkg"), "REPORT": os.path.join(out, "report.html")}
@@ -73,7 +73,7 @@ class Many(Algorithm):
         return found
 
 
-def _rows(path):
+def rows(path):
     """Rows of a table, without the runs that failed."""
     with open(path, encoding="utf-8", newline="") as file:
         return [row for row in csv.DictReader(file) if row["status"] == "done"]

@@ -72,7 +72,7 @@ def add_run(algorithm):
 
 def run_of(algorithm, parameters, context):
     """The folder of a run; one that holds it as run/, as those of this plugin do, is taken as well."""
-    run = algorithm.parameterAsString(parameters, "RUN_FOLDER", context)
+    run = os.path.abspath(algorithm.parameterAsString(parameters, "RUN_FOLDER", context))
     for place in (run, os.path.join(run, "run")):
         if os.path.isfile(os.path.join(place, "run.vtkhdf")):
             return place

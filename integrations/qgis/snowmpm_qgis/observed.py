@@ -20,7 +20,8 @@ class CompareWithObserved(Algorithm):
 
     KEY, TITLE, GROUP = "compare_with_observed", "Compare with an observed outline", "Results"
     ABOUT = (
-        "<p>Scores the affected area and the deposit of a run against the outline of an avalanche that was seen:"
+        "<p>Scores the affected area of a run, and that above each limit of pressure, against the outline of an"
+        " avalanche that was seen:"
         " critical success index, hit rate, ratio of the areas, difference of the run-outs.</p>"
         "<p>The outline is drawn beside the computed one. All scores are in avalanche.csv of the folder.</p>")
 

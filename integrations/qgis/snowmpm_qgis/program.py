@@ -1,9 +1,11 @@
 """snowmpm as a process: where it is, and how it is run with progress, messages and cancellation."""
 
 import contextlib
+import ctypes
 import json
 import os
 import queue
+import shlex
 import shutil
 import signal
 import subprocess
@@ -23,6 +25,7 @@ FOREIGN = ("PYTHONHOME", "PYTHONPATH", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "
 """Variables of QGIS's own programs, which would mislead those of another Python."""
 WINDOWS = sys.platform == "win32"
 NAME = "snowmpm.exe" if WINDOWS else "snowmpm"
+PR_SET_PDEATHSIG = 1
 PATIENCE = 30.0
 """Seconds for a cancelled program to write its checkpoint, before it is ended."""
 
@@ -89,9 +92,9 @@ def run(words, feedback, show=None, folder=None, command=None):
     to the log as they are. Raises QgsProcessingException with its last words where it fails, or was cancelled.
     """
     line = [*command, *words] if command else [find(), *words, "--progress", "json"]
-    feedback.pushCommandInfo(" ".join(f'"{word}"' if " " in word else word for word in line))
+    feedback.pushCommandInfo(subprocess.list2cmdline(line) if WINDOWS else shlex.join(line))
     options = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW} if WINDOWS else {
-        "start_new_session": True}
+        "start_new_session": True, **({"preexec_fn": _end_with_parent} if sys.platform.startswith("linux") else {})}
     try:
         child = subprocess.Popen(line, env=surroundings(), cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                  stderr=subprocess.STDOUT, text=True, encoding="utf-8", errors="replace", **options)
@@ -126,6 +129,11 @@ def run(words, feedback, show=None, folder=None, command=None):
     if show:
         show(1.0)
     return said
+
+
+def _end_with_parent():
+    """In the child: be interrupted when QGIS ends, which may be killed."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGINT)
 
 
 def _read(child, lines):

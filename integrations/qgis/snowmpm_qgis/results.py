@@ -49,16 +49,16 @@ def add_raster(path, project, parent, shown):
     return _add(QgsRasterLayer(path, name or os.path.basename(path)), project, parent, shown)
 
 
-def add_vector(path, inner, name, project, parent, shown):
+def add_vector(path, inner, name, project, parent, shown, at_top=False):
     """Add a layer of a GeoPackage with the style that it brings; -> the layer."""
-    return _add(QgsVectorLayer(f"{path}|layername={inner}", name, "ogr"), project, parent, shown)
+    return _add(QgsVectorLayer(f"{path}|layername={inner}", name, "ogr"), project, parent, shown, at_top)
 
 
-def _add(layer, project, parent, shown):
+def _add(layer, project, parent, shown, at_top=False):
     if not layer.isValid():
         return None
     project.addMapLayer(layer, False)
-    leaf = parent.addLayer(layer)
+    leaf = parent.insertLayer(0, layer) if at_top else parent.addLayer(layer)
     leaf.setItemVisibilityChecked(shown)
     leaf.setExpanded(shown)
     return layer

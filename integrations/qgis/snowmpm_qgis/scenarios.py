@@ -1,5 +1,7 @@
 """Scenarios of one path side by side, such as return periods."""
 
+import os
+
 from qgis.core import (
     QgsProcessingException,
     QgsProcessingParameterField,
@@ -48,10 +50,13 @@ class ScenarioSet(Many):
         steps.next()
         terrain, crs = self.write_ground(parameters, context, feedback, folder)
         dams = self.write_dams(parameters, context, feedback, folder, crs)
-        release = self.write_release(parameters, context, feedback, folder, crs)
         field = self.parameterAsString(parameters, "SCENARIO_FIELD", context)
-        sets = (self._by_field(parameters, context, feedback, folder, crs, field) if field else
-                self._by_table(parameters, context))
+        if field:
+            sets = self._by_field(parameters, context, feedback, folder, crs, field)
+            release = os.path.join(folder, next(iter(sets.values()))["bodies.0.shape.region.file"])
+        else:
+            sets = self._by_table(parameters, context)
+            release = self.write_release(parameters, context, feedback, folder, crs)
         self.write_scene(parameters, context, feedback, folder, steps.next(), release, terrain,
                          **({"terrain.dams": dams} if dams else {}))
         return self.run_scenarios(parameters, context, feedback, folder, steps, sets)
@@ -72,10 +77,15 @@ class ScenarioSet(Many):
         """{scenario: changes} from the table."""
         cells = self.parameterAsMatrix(parameters, "SCENARIOS", context)
         found = {}
+        if len(cells) % 3:
+            raise QgsProcessingException(tr("The table of scenarios has {} cells: three for each scenario").format(
+                len(cells)))
         for k in range(0, len(cells), 3):
             name, thickness, card = (str(cell).strip() for cell in cells[k : k + 3])
             if not name:
                 continue
+            if name in found:
+                raise QgsProcessingException(tr("Scenario {} is there twice").format(name))
             try:
                 found[name] = {"bodies.0.shape.top": float(thickness.replace(",", "."))}
             except ValueError:

@@ -25,8 +25,8 @@ class SetUp(Algorithm):
 
     KEY, TITLE, GROUP = "set_up", "Set up snowmpm", "Installation"
     ABOUT = (
-        "<p>Installs snowmpm, or a newer version of it, into an environment of its own in your profile of QGIS (about"
-        " 1.5 GB). QGIS's own Python stays as it is.</p>"
+        "<p>Installs snowmpm, or a newer version of it, into an environment of its own in your profile of QGIS (2 GB)."
+        " QGIS's own Python stays as it is.</p>"
         "<p>It needs a Python 3.10 to 3.13 with venv, and what pip needs to reach packages. The source is a folder with"
         " the program, a wheel, or a name that pip knows.</p>"
         "<p>If snowmpm is installed already, this is not needed: name its command in Settings > Options > Processing >"
