@@ -28,7 +28,9 @@ def help_page():
     """The guide as one page without pictures."""
     text = re.sub(r"\[([^\]]+)\]\((?!#|https?:)[^)]*\)", r"\1", GUIDE.read_text(encoding="utf-8"))
     lines = [line for line in text.splitlines() if not line.startswith("!")]
-    return PAGE.format(MarkdownIt("commonmark", {"html": True}).enable("table").render("\n".join(lines)))
+    page = MarkdownIt("commonmark").enable("table").render("\n".join(lines))
+    return PAGE.format(re.sub(r"<h([23])>([^<]*)</h", lambda one: (
+        f'<h{one[1]} id="{re.sub("[^a-z0-9]+", "-", one[2].lower())}">{one[2]}</h'), page))
 
 
 def main():

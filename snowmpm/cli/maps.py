@@ -6,7 +6,6 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from snowmpm import overwriting
@@ -232,6 +231,8 @@ def _shade(run):
     """`Map` of the shaded ground under the maps, 0 to 255, as fine as the ground is known; None without a ground.
 
     A shade that QGIS computes has seams, where the tiles meet that it draws."""
+    import numpy as np
+
     from snowmpm.io.reader import Map
     from snowmpm.render import light
     from snowmpm.render.relief import height_raster, map_shade

@@ -66,7 +66,8 @@ def test_names_are_no_expressions_of_qgis(straight, tmp_path, monkeypatch):
     """Runs come from anybody: QGIS would compute what stands between [% and %] of a label, such as a variable of the
     system."""
     monkeypatch.setitem(straight.provenance, "scene_name", "[% env('HOME') %]")
-    root = xml.parse(write_project(tmp_path / "avalanche.qgs", straight, layers_of(straight), "avalanche.gpkg")).getroot()
+    path = write_project(tmp_path / "avalanche.qgs", straight, layers_of(straight), "avalanche.gpkg")
+    root = xml.parse(path).getroot()
     texts = [item.get("labelText") for item in root.iter("LayoutItem") if item.get("labelText")]
     assert len(texts) == 2 and "env('HOME')" in texts[0] and not any("[%" in text for text in texts)
 

@@ -1,10 +1,8 @@
 """`snowmpm new --set`: values in the text of a scene, with its comments."""
 
-import tomllib
-
 import pytest
 
-from snowmpm.scenes.edited import edited
+from snowmpm.scenes.edited import edited, tomllib
 
 TEXT = """# a scene
 name = "x"

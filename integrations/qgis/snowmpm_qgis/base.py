@@ -61,7 +61,8 @@ class Algorithm(QgsProcessingAlgorithm):
 
     def helpUrl(self):
         page = os.path.join(os.path.dirname(__file__), "help.html")
-        return f"file:///{page.replace(os.sep, '/').lstrip('/')}#{self.KEY}" if os.path.exists(page) else ""
+        place = re.sub("[^a-z0-9]+", "-", self.TITLE.lower())
+        return f"file:///{page.replace(os.sep, '/').lstrip('/')}#{place}" if os.path.exists(page) else ""
 
     def icon(self):
         return QIcon(os.path.join(os.path.dirname(__file__), "icon.svg"))
