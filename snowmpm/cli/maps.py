@@ -209,7 +209,7 @@ def _files(run, folder, asked, moments):
         yield gis.write_style(folder / f"{name}.qml", name, raster)
     shade = _shade(run)
     if shade is not None:
-        yield write_geotiff(folder / SHADE, shade, run.origin, crs, "shaded ground, 0 black to 255 white", tags)
+        yield write_geotiff(folder / SHADE, shade, run.origin, crs, "shaded ground, 0 to 254; 255: no ground", tags)
     if "flow_depth" not in run.hazard.get("numbers", {}):
         return
     gis.require_pyogrio()
@@ -228,7 +228,7 @@ def _files(run, folder, asked, moments):
 
 
 def _shade(run):
-    """`Map` of the shaded ground under the maps, 0 to 255, as fine as the ground is known; None without a ground.
+    """`Map` of the shaded ground under the maps, 0 to 254, as fine as the ground is known; None without a ground.
 
     A shade that QGIS computes has seams, where the tiles meet that it draws."""
     import numpy as np
@@ -250,9 +250,10 @@ def _shade(run):
     heights = height_raster(terrain.vertices.astype(float), terrain.facets, corner, cell, shape)
     if heights is None:
         return None
-    values = np.full(heights.shape, np.nan)
+    values = np.full(heights.shape, 255.0)  # no ground: no gap, at which smooth drawing would turn black
     shade = map_shade(heights, cell)
-    values[np.isfinite(shade)] = light.encode(np.repeat(shade[np.isfinite(shade)][:, None], 3, axis=-1))[:, 0]
+    known = np.isfinite(shade)
+    values[known] = np.minimum(light.encode(np.repeat(shade[known][:, None], 3, axis=-1))[:, 0], 254)
     return Map(values, *map(float, corner), cell, "1")
 
 

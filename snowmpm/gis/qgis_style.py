@@ -80,10 +80,12 @@ def aliases(layer):
 
 
 def grey():
-    """The element that draws band 1 from 0, black, to 255, white."""
+    """The element that draws band 1 from 0, black, to 254, white; 255 is clear."""
     root = xml.Element("pipe")
     drawn = xml.SubElement(root, "rasterrenderer", type="singlebandgray", grayBand="1", gradient="BlackToWhite",
                            opacity="1", alphaBand="-1", nodataColor="")
+    clear = xml.SubElement(xml.SubElement(drawn, "rasterTransparency"), "singleValuePixelList")
+    xml.SubElement(clear, "pixelListEntry", min="255", max="255", percentTransparent="100")
     stretch = xml.SubElement(drawn, "contrastEnhancement")
     for tag, text in (("minValue", "0"), ("maxValue", "255"), ("algorithm", "StretchToMinimumMaximum")):
         xml.SubElement(stretch, tag).text = text

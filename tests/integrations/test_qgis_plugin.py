@@ -77,7 +77,8 @@ def test_the_zip_holds_the_plugin_and_its_help(tmp_path):
     assert {name.split("/")[0] for name in names} == {"snowmpm_qgis"}
     assert {f"snowmpm_qgis/{path.name}" for path in PLUGIN.glob("*.py")} <= set(names)
     assert {"snowmpm_qgis/metadata.txt", "snowmpm_qgis/LICENSE", "snowmpm_qgis/icon.svg"} <= set(names)
-    titles = re.findall(r'KEY, TITLE, GROUP = "\w+", "([^"]+)"', "".join(path.read_text() for path in PLUGIN.glob("*.py")))
+    sources = "".join(path.read_text() for path in PLUGIN.glob("*.py"))
+    titles = re.findall(r'KEY, TITLE, GROUP = "\w+", "([^"]+)"', sources)
     assert len(titles) == 7
     assert all(f'id="{title.lower().replace(" ", "-")}">{title}</h3>' in page for title in titles)
     assert ".md" not in page and "<img" not in page

@@ -2,7 +2,13 @@
 
 import os
 
-from qgis.core import QgsProcessingException, QgsProcessingParameterField, QgsProcessingParameterString
+from qgis.core import (
+    QgsLineSymbol,
+    QgsProcessingException,
+    QgsProcessingParameterField,
+    QgsProcessingParameterString,
+    QgsSingleSymbolRenderer,
+)
 
 from . import inputs, program, results
 from .many import Many
@@ -68,5 +74,6 @@ class DamVariants(Many):
     def add_to(self, project, feedback):
         found = self.add_scenarios(project)
         group = project.layerTreeRoot().children()[0]
-        results.add_vector(self._dams, "features", tr("dams"), project, group, True, at_top=True)
+        dams = results.add_vector(self._dams, "features", tr("dams"), project, group, True, at_top=True)
+        dams.setRenderer(QgsSingleSymbolRenderer(QgsLineSymbol.createSimple({"color": "#101418", "width": "0.9"})))
         return found
