@@ -5,6 +5,7 @@ import configparser
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -82,6 +83,47 @@ def test_the_zip_holds_the_plugin_and_its_help(tmp_path):
     assert len(titles) == 7
     assert all(f'id="{title.lower().replace(" ", "-")}">{title}</h3>' in page for title in titles)
     assert ".md" not in page and "<img" not in page
+
+
+@needs_qgis
+@pytest.mark.skipif(shutil.which("lrelease") is None, reason="needs lrelease of Qt")
+def test_a_translation_is_shown(tmp_path):
+    """Texts are written for Linguist; what is translated there is what QGIS shows in that language."""
+    copy = tmp_path / "qgis"
+    shutil.copytree(FOLDER, copy)
+    (tmp_path / "docs").mkdir()
+    subprocess.run([sys.executable, copy / "build.py", "--texts", "de"], check=True, capture_output=True)
+    path = copy / "snowmpm_qgis" / "i18n" / "snowmpm_de.ts"
+    assert path.read_text(encoding="utf-8").count("<message>") > 100
+    for source, translated in (("Maps of a run", "Karten einer Rechnung"), ("Results", "Ergebnisse")):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(re.sub(f"(<source>{source}</source>\\s*)<translation [^>]*/>",
+                               f"\\1<translation>{translated}</translation>", text), encoding="utf-8")
+    subprocess.run([sys.executable, copy / "build.py", "--texts", "de"], check=True, capture_output=True)  # keeps them
+    subprocess.run(["lrelease", path], check=True, capture_output=True)
+    script = tmp_path / "names.py"
+    script.write_text(NAMES_IN_GERMAN.format(plugins=str(copy)), encoding="utf-8")
+    home = tmp_path / "home"
+    home.mkdir(mode=0o700)
+    assert in_qgis(script, [], home)["names"] == ["Karten einer Rechnung", "Ergebnisse", "Dam variants"]
+
+
+NAMES_IN_GERMAN = """
+import json, os, sys
+sys.path[:0] = ["/usr/share/qgis/python/plugins", {plugins!r}]
+from qgis.core import QgsApplication, QgsSettings
+application = QgsApplication([], False)
+application.initQgis()
+QgsSettings().setValue("locale/userLocale", "de_AT")
+from snowmpm_qgis.plugin import Plugin
+plugin = Plugin(None)
+plugin.initProcessing()
+made = QgsApplication.processingRegistry().algorithmById
+print(json.dumps({{"names": [made("snowmpm:maps").displayName(), made("snowmpm:maps").group(),
+                            made("snowmpm:dam_variants").displayName()]}}))
+sys.stdout.flush()
+os._exit(0)
+"""
 
 
 @pytest.fixture(scope="module")
