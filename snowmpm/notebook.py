@@ -21,7 +21,7 @@ def in_notebook() -> bool:
     """Whether this is the kernel of a notebook; IPython is not imported for it."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
-    return getattr(shell, "kernel", None) is not None
+    return shell is not None and "kernel" in shell.trait_names()
 
 
 class _Bar:
