@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.io.reader import Terrain
+from snowmpm.io.ground_maps import Terrain
 from snowmpm.render.domain_box import DomainBox
 
 FLOORS = ("stick", "slip", "separate")

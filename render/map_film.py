@@ -11,7 +11,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.flow_maps import NAMES, FlowMaps, moments
-from snowmpm.io.reader import Map
+from snowmpm.io.ground_maps import Map
 from snowmpm.quantities.table import quantity
 from snowmpm.render.film import FILMS, open_film, output_kind
 from snowmpm.render.map_frame import draw_frame, draw_terrain, figure_size

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from snowmpm.annotations import Floats
 from snowmpm.io import Run
+from snowmpm.io.ground_maps import Map
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import projection_name
 from snowmpm.io.published import statement
-from snowmpm.io.reader import Map
 from snowmpm.io.status import status_of
 from snowmpm.render import light
 from snowmpm.render.credit import attribution

@@ -19,7 +19,7 @@ from snowmpm.errors import InputError, shown_line
 from snowmpm.io import Run
 from snowmpm.io.built import dam_lines, footprints
 from snowmpm.io.status import status_of
-from snowmpm.quantities.classes import Classes, classes_of
+from snowmpm.quantities.classes import GREYS, Classes, classes_of
 from snowmpm.quantities.table import quantity
 from snowmpm.render.figure import check_ending, framed, save, save_picture, take_literally
 from snowmpm.render.map_frame import LINE, draw_edges, draw_frame, draw_margin, draw_terrain, figure_size
@@ -29,8 +29,6 @@ SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 RELEASE, OBSERVED, BUILT, ASKED = "#101418", "#19c5ff", "#8a8a8a", "#7d1c6d"
 OPACITY = (0.3, 0.9)  # of pale cells, and of others
 BEFORE_AFTER = ("release_depth", "deposit_depth")
-GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
-"""Of a raster that has no classes."""
 
 
 def render_map(run_path: PathLike | Run, name: str, output: PathLike, *, observed: Iterable[Numbers] | None = None,

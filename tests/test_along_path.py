@@ -8,7 +8,7 @@ import shapely
 
 from snowmpm.errors import InputError
 from snowmpm.io.along_path import FURTHER, along_path, extended, sections
-from snowmpm.io.reader import Map, Terrain
+from snowmpm.io.ground_maps import Map, Terrain
 
 CELL = 5.0
 LINE = np.array([[112.5, 410.0], [500.0, 380.0], [900.0, 520.0], [1250.0, 500.0]])

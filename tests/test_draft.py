@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from snowmpm.draft import draft, write_table, write_text
 from snowmpm.io.geotiff import write_geotiff
-from snowmpm.io.reader import Map
+from snowmpm.io.ground_maps import Map
 from snowmpm.render.figure import save
 from snowmpm.render.film import open_film
 

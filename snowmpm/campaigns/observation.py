@@ -67,7 +67,7 @@ class Observation:
 
     def _misfit(self, numbers, results):
         from snowmpm.events.scoring import Computed, scores
-        from snowmpm.io.reader import Map
+        from snowmpm.io.ground_maps import Map
 
         if "flow_depth" not in numbers:
             return math.inf

@@ -233,7 +233,7 @@ def _shade(run):
     A shade that QGIS computes has seams, where the tiles meet that it draws."""
     import numpy as np
 
-    from snowmpm.io.reader import Map
+    from snowmpm.io.ground_maps import Map
     from snowmpm.render import light
     from snowmpm.render.relief import height_raster, map_shade
 
@@ -281,7 +281,7 @@ def _moments(run, folder):
     from snowmpm import gis
     from snowmpm.io.flow_maps import NAMES, FlowMaps, moments
     from snowmpm.io.geotiff import require_rasterio, write_geotiff
-    from snowmpm.io.reader import Map
+    from snowmpm.io.ground_maps import Map
     from snowmpm.quantities.table import quantity
 
     require_rasterio()

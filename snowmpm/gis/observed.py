@@ -22,7 +22,7 @@ import shapely
 
 from snowmpm.errors import InputError
 from snowmpm.gis.outlines import affected, outline
-from snowmpm.io.reader import Map
+from snowmpm.io.ground_maps import Map
 from snowmpm.quantities.classes import PRESSURES
 from snowmpm.quantities.thalweg import ahead_of
 from snowmpm.seeding.regions import read_regions

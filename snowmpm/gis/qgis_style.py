@@ -4,7 +4,7 @@ from itertools import pairwise
 from xml.etree import ElementTree as xml
 
 from snowmpm.draft import write_text
-from snowmpm.quantities.classes import Classes, classes_of
+from snowmpm.quantities.classes import GREYS, Classes, classes_of
 from snowmpm.quantities.table import QUANTITIES
 
 VERSION = "3.22.0"
@@ -15,8 +15,6 @@ LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f",
          "obstacles": "#8a8a8a", "dams": "#8a8a8a", "gauge_lines": "#7d1c6d", "gauge_points": "#7d1c6d"}
 """Colours of vector layers; pressure classes have those of their raster."""
 
-GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
-"""Of a raster that has no classes."""
 NAMED = ("gauge_points", "gauge_lines", "obstacles", "dams")
 """Layers whose features are named on the map."""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from xml.etree import ElementTree as xml
 
 from snowmpm.gis.qgis_style import pipe
-from snowmpm.io.reader import Map
+from snowmpm.io.ground_maps import Map
 
 BEGIN = datetime.datetime(2000, 1, 1, tzinfo=datetime.timezone.utc)
 FIXED = "0"

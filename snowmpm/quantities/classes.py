@@ -38,6 +38,9 @@ MOMENTUM = Classes((5.0, 10.0, 25.0, 50.0, 100.0), SPEED.colours, unit="m²/s")
 TIME = Classes((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0), ("#000004", "#280b53", "#65156e", "#9f2a63", "#d44842", "#f57d15",
                                                      "#fac228", "#fcffa4"), unit="s")
 
+GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
+"""Of a raster that has no classes."""
+
 DEPTHS = ("release_depth", "peak_depth", "deposit_depth", "peak_thickness", "deposit_thickness", "momentary_depth")
 OF_MAP = {**dict.fromkeys(DEPTHS, DEPTH), "peak_speed": SPEED,
           "momentary_speed": SPEED, "peak_pressure": PRESSURE, "peak_momentum": MOMENTUM, "arrival_time": TIME,

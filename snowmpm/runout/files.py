@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.draft import write_table
-from snowmpm.io.reader import Map
+from snowmpm.io.ground_maps import Map
 from snowmpm.runout.block import GRAVITY
 
 RASTERS = {

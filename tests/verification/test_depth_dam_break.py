@@ -85,9 +85,9 @@ def test_front_of_usual_columns(case, profiles):
     assert abs(front_error(dam, profiles(dam, 0.025, 1.0, rear), 1.0, threshold)) < 0.01
 
 
-LONE = {("D2", 0.025): (0.149, 0.167), ("22 degrees", 0.05): (-0.096, -0.084), ("22 degrees", 0.025): (0.037, 0.056)}
-"""Fronts of usual columns that a single column makes, whose place round-off decides: lowest and highest on an AMD EPYC
-and two Intel Xeons. The table has those of one Xeon."""
+LONE = {("D2", 0.025): (0.167,), ("22 degrees", 0.05): (-0.096,), ("22 degrees", 0.025): (0.044, 0.037)}
+"""Fronts of usual columns that a single column makes, whose place round-off decides: what they are on an AMD EPYC and
+on a second Intel Xeon. The table has those of a first Xeon."""
 
 
 @pytest.mark.parametrize(("case", "usual", "narrow"), [
@@ -99,8 +99,9 @@ def test_fronts_of_the_guide(case, usual, narrow, profiles):
     dam, rear, threshold = USUAL[case]
     for dx, errors in zip((0.1, 0.05, 0.025), zip(usual, narrow, strict=True), strict=True):
         found = [front_error(dam, profiles(dam, dx, 1.0, rear, **keys), 1.0, threshold) for keys in ({}, NARROW)]
-        low, high = LONE.get((case, dx), (errors[0], errors[0]))
-        assert low - 0.006 < found[0] < high + 0.006, dx
+        known = (errors[0], *LONE.get((case, dx), ()))
+        usual_front = min(known, key=lambda front: abs(found[0] - front))
+        assert found[0] == pytest.approx(usual_front, abs=0.006), dx
         assert found[1] == pytest.approx(errors[1], abs=0.006), dx
 
 

@@ -70,9 +70,7 @@ class Avalanche(Algorithm):
         return {"OUTPUT": folder, "RUN": run, **found}
 
     def add_to(self, project, feedback):
-        group = results.new_group(project, self._name)
-        results.add_project(os.path.join(self._maps, "avalanche.qgs"), project, group)
-        return [layer for layer in (node.layer() for node in group.findLayers()) if layer.name() == "affected area"]
+        return results.add_run(self._maps, self._name, project)
 
 
 NUMBERS = {"RUNOUT": ("runout", "Run-out [m]"), "TRAVEL_ANGLE": ("travel_angle", "Travel angle [degrees]"),

@@ -58,9 +58,7 @@ class MapsOfRun(Algorithm):
         return {"OUTPUT": folder, "RUN": run, **numbers(folder)}
 
     def add_to(self, project, feedback):
-        group = results.new_group(project, self._name)
-        results.add_project(os.path.join(self._folder, "avalanche.qgs"), project, group)
-        return [layer for layer in (node.layer() for node in group.findLayers()) if layer.name() == "affected area"]
+        return results.add_run(self._folder, self._name, project)
 
 
 def add_run(algorithm):

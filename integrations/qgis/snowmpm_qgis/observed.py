@@ -43,10 +43,7 @@ class CompareWithObserved(Algorithm):
         return {"OUTPUT": folder, **_scores(os.path.join(folder, "avalanche.csv"))}
 
     def add_to(self, project, feedback):
-        group = results.new_group(project, self._name)
-        results.add_project(os.path.join(self._folder, "avalanche.qgs"), project, group)
-        return [layer for layer in (node.layer() for node in group.findLayers())
-                if layer.name() in ("affected area", "observed")]
+        return results.add_run(self._folder, self._name, project, ("affected area", "observed"))
 
 
 def _scores(path):

@@ -23,6 +23,13 @@ def add_project(path, project, parent, keep=None):
     return added
 
 
+def add_run(maps, name, project, looked_at=("affected area",)):
+    """Add the maps of a run in a group of its name; -> the layers to look at."""
+    group = new_group(project, name)
+    added = add_project(os.path.join(maps, "avalanche.qgs"), project, group)
+    return [layer for layer in added if layer.name() in looked_at]
+
+
 def _copy(node, parent, project, added, keep):
     for child in node.children():
         if isinstance(child, QgsLayerTreeGroup):
