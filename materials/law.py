@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field
 
-from snowmpm.keys import Keyed, with_examples
+from snowmpm.keys import TABLE_CONFIG, Keyed
 from snowmpm.registry import LAWS
 
 from .arrays import Array
@@ -63,8 +63,7 @@ class Law(Keyed, BaseModel):
     numbers arrive at run time: changing a parameter compiles nothing.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True,
-                              json_schema_extra=with_examples)
+    model_config = TABLE_CONFIG | ConfigDict(strict=True)
 
     REGISTRIES: ClassVar = (LAWS,)
     STATE: ClassVar[tuple[StateVariable, ...]] = ()

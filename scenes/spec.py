@@ -4,17 +4,16 @@ import reprlib
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetPydanticSchema, model_validator
+from pydantic import AfterValidator, BaseModel, Field, GetPydanticSchema, model_validator
 from pydantic_core import PydanticCustomError, PydanticKnownError, core_schema
 
-from snowmpm.keys import Keyed, with_examples
+from snowmpm.keys import TABLE_CONFIG, Keyed
 
 
 class Spec(Keyed, BaseModel):
     """A table of a scene file: immutable, without unknown keys; messages show the docstring of a field."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True,
-                              json_schema_extra=with_examples)
+    model_config = TABLE_CONFIG
 
     REMOVED: ClassVar[Mapping[str, tuple[object, str]]] = {}
     """Keys of earlier versions: {key: (value that changed nothing, as resolved scenes have it; what to do instead)}."""

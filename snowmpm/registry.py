@@ -160,7 +160,7 @@ def _rebuild(registries: set[Registry], changed: Collection[type] = ()) -> None:
                      for field in model.model_fields.values()
                      for part in _parts((field.annotation, *field.metadata))]
             done[model] = any(found)
-            if done[model]:
+            if done[model] and model.__pydantic_complete__:
                 model.model_rebuild(force=True)
         return done[model]
 

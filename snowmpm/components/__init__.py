@@ -160,7 +160,9 @@ def extend(component, *names):
         if name in (names or component.keys):
             for table in _tables[name]:
                 table.model_fields.update(keys.model_fields)
-                table.model_rebuild(force=True)
+                table.EXTENDED = (*table.EXTENDED, keys)
+                if table.__pydantic_complete__:
+                    table.model_rebuild(force=True)
                 changed.add(table)
     return changed
 

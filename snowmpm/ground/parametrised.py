@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, model_validator
 
-from snowmpm.keys import Keyed, with_examples
+from snowmpm.keys import TABLE_CONFIG, Keyed
 
 from .value import Limits, RasterValue
 
@@ -17,8 +17,7 @@ class Parametrised(Keyed, BaseModel):
     """Frozen data, checked on construction, unknown keys refused. A subclass adds its parameters, PARAMETERS and
     `numbers`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True,
-                              json_schema_extra=with_examples)
+    model_config = TABLE_CONFIG
 
     PARAMETERS: ClassVar[Any]
     """NamedTuple class of the numbers that its Taichi function reads"""

@@ -4,16 +4,18 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, Discriminator, Field, Tag
+
+from snowmpm.keys import TABLE_CONFIG, Keyed
 
 NUMBER, TABLE, NONE = "<number>", "<table>", "<none>"
 """Marks of the forms in the location of an error; no key of a scene can be equal to them."""
 
 
-class RasterValue(BaseModel):
+class RasterValue(Keyed, BaseModel):
     """A raster of values in place of a number."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = TABLE_CONFIG
 
     file: Annotated[str, Field(strict=True, min_length=1, examples=["mu.tif"])]
     """.asc or .tif raster, relative to the scene file; a place has the value of the cell in which it lies"""

@@ -1,7 +1,6 @@
 """The border of a region in plan, across which snow goes from one method to another."""
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 SPREAD = 2
 """Cells beyond the region as far as which columns are spread that have entered it (`handover.spreading`), so that snow
@@ -20,6 +19,8 @@ class Border:
         """inside: places in plan (k, 2) [m] -> whether they lie in the region (k,)."""
         self._lower, self._side = np.asarray(lower, float)[:2], float(side)
         shape = np.maximum(1, np.ceil((np.asarray(upper, float)[:2] - self._lower) / side - 1e-6)).astype(int)
+        from scipy.ndimage import binary_dilation  # slow to import
+
         i, j = np.indices(shape)
         places = self._lower + side * (np.stack([i.ravel(), j.ravel()], axis=1) + 0.5)
         self._inside = inside(places).reshape(shape)
@@ -56,6 +57,8 @@ class Border:
         """Whether places (n, 2) [m] lie within `REACH` cells of one of the others (k, 2) (n,)."""
         if not len(plan) or not len(others):
             return np.zeros(len(plan), bool)
+        from scipy.ndimage import binary_dilation
+
         cells, other = self._cells(plan), self._cells(others)
         low = cells.min(axis=0) - REACH
         shape = np.ptp(cells, axis=0) + 1 + 2 * REACH

@@ -6,7 +6,6 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageSequence
 
 from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
@@ -80,6 +79,8 @@ def _array(file, size, where):
 
 
 def _tif(path, where, dim):
+    from PIL import Image, ImageSequence
+
     # Only Pillow's TIFF reader: otherwise the content could select any of forty formats
     with Image.open(path, formats=("TIFF",)) as image:
         pages, size = [], 0.0

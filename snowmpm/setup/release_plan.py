@@ -9,7 +9,6 @@ outline is within a fifth of a spacing of the true one.
 import warnings
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from snowmpm.scenes.shapes import ThicknessRaster
 from snowmpm.seeding.regions import regions_of
@@ -53,6 +52,7 @@ def _polygons(model, body):
 def covered(plan, spacing):
     """The area, a shapely geometry, that particles at plan positions (n, 2) [m] cover; spacing [m]: between them."""
     import shapely
+    from scipy.ndimage import distance_transform_edt  # slow to import
 
     cell, rim = spacing / FINE, GAP + 2
     first = np.floor(plan.min(axis=0) / cell).astype(np.int64) - rim

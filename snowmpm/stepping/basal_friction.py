@@ -17,7 +17,6 @@ Where the law does not depend on the speed, coefficients are computed again only
 import functools
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, maximum_filter, minimum_filter, uniform_filter
 
 from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import real_array
@@ -104,6 +103,8 @@ class BasalFriction:
         plan = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, axes)
         z = np.asarray(height(plan), float).reshape(self._shape)
         if np.isnan(z).any():
+            from scipy.ndimage import distance_transform_edt  # slow to import
+
             z = z[tuple(distance_transform_edt(np.isnan(z), return_distances=False, return_indices=True))]
         self._heights = z
         slopes = [np.gradient(z, dx, axis=a) for a in range(axes)]
@@ -157,6 +158,8 @@ class BasalFriction:
             _sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
                 store.reals, store.material, store.materials.numbers, store.start, store.coordinates, table,
                 np.array([store.slot_offset, *first, len(store.blocks)], np.int32), np.array([self._dx, self._base]))
+        from scipy.ndimage import uniform_filter
+
         around = (AROUND, AROUND if axes == 2 else 1, 1)
         sums = uniform_filter(table[..., :HEIGHT], size=around, mode="constant")
         there = sums[..., MASS] > 1e-12 * sums[..., MASS].max()
@@ -174,6 +177,8 @@ class BasalFriction:
 
 def _depths(mass, sums, area):
     """Vertical depth [m] at nodes (nx, ny) with `mass` and mean `sums` around them; area: of a node in plan [m2]."""
+    from scipy.ndimage import distance_transform_edt, maximum_filter, minimum_filter
+
     size = tuple(min(AROUND, n) for n in mass.shape)
     wide = tuple(min(AROUND + 2, n) for n in mass.shape)
     full = minimum_filter(mass, size=size, mode="constant") > FULL * maximum_filter(mass, size=wide, mode="constant")

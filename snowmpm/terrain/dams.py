@@ -11,7 +11,6 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-import shapely
 
 from snowmpm.errors import InputError
 
@@ -32,6 +31,8 @@ def with_dams(raster, dams):
 
 def _raise_along(heights, raster, dam, where):
     """Raise heights (ny, nx) to the ridge of a dam."""
+    import shapely  # slow to import, and few scenes have a dam
+
     line, steepness = shapely.LineString(dam.line), math.tan(math.radians(dam.slope))
     cell = max(np.ptp(axis) / (len(axis) - 1) for axis in (raster.x, raster.y))
     foot = dam.crest_width + 2.0 * dam.height / steepness

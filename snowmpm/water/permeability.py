@@ -10,10 +10,10 @@ The water moves by q = -(K k_r / mu) (grad p - rho_w g), q [m/s]: the hydraulic 
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, Discriminator, Field, Tag
 
 from snowmpm.annotations import Floats
-from snowmpm.keys import Keyed
+from snowmpm.keys import TABLE_CONFIG, Keyed
 
 ICE_DENSITY = 917.0
 """[kg/m3]"""
@@ -26,7 +26,7 @@ Number = Annotated[float, Field(strict=True, gt=0.0, le=1.0, allow_inf_nan=False
 
 
 class _Table(Keyed, BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = TABLE_CONFIG
 
 
 class RasterPermeability(_Table):

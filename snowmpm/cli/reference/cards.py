@@ -1,6 +1,7 @@
 """Material cards and classes of ground friction: what each is for, its numbers and their sources."""
 
 from snowmpm.cli.reference.markdown import code, plain, table
+from snowmpm.keys import docstrings
 from snowmpm.scenes.toml import value_text
 
 INTRODUCTION = """# Cards
@@ -40,7 +41,7 @@ def _card(name, card, law, key):
     given = {one: value for one, value in law.model_dump(exclude_none=True, exclude_unset=True).items()
              if one not in ("card", key)}
     yield from (f"`{key} = \"{law[key]}\"`", "")
-    fields = type(law).model_fields
+    words = docstrings(type(law))
     yield from table(("key", "value", "what it is"),
-                     [(code(one), code(value_text(value)), plain(fields[one].description or ""))
+                     [(code(one), code(value_text(value)), plain(words.get(one, "")))
                       for one, value in given.items()])
