@@ -13,6 +13,7 @@ scene also keeps its `source` as `card_source`; it no longer reads the file.
 
 import contextlib
 import functools
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -55,19 +56,41 @@ class OwnCard(Spec):
     """the law"""
 
 
-@functools.cache
-def material_cards() -> dict[str, MaterialCard]:
-    """Name -> card, in alphabetical order."""
-    cards = {}
-    for path in sorted(FOLDER.glob("*.toml")):
+class _Cards(Mapping[str, MaterialCard]):
+    """Each is read when it is asked for."""
+
+    def __init__(self):
+        self._files = {path.stem: path for path in sorted(FOLDER.glob("*.toml"))}
+        self._cards: dict[str, MaterialCard] = {}
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._files
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._files)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __getitem__(self, name: str) -> MaterialCard:
+        if name not in self._cards:
+            self._cards[name] = self._read(self._files[name])
+        return self._cards[name]
+
+    def _read(self, path: Path) -> MaterialCard:
         data = parse(path)
         if isinstance(data.get("material"), dict):
             data["material"]["card"] = path.stem
         try:
-            cards[path.stem] = MaterialCard.model_validate(data)
+            return MaterialCard.model_validate(data)
         except ValidationError as error:
             raise InputError(describe(error, data, MaterialCard, path)) from None
-    return cards
+
+
+@functools.cache
+def material_cards() -> Mapping[str, MaterialCard]:
+    """Name -> card, in alphabetical order."""
+    return _Cards()
 
 
 def material_card(name: str) -> Material:

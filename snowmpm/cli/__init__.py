@@ -7,6 +7,7 @@ so that `--help` and a misspelt option answer at once.
 
 def main():
     """Entry point of the console script and of `python -m snowmpm`."""
+    import gc
     import os
     import sys
 
@@ -14,6 +15,9 @@ def main():
     os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
     # So would its warning about a replaced standard output; kernels print nothing
     os.environ.setdefault("TI_ENABLE_PYBUF", "0")
+    # Threads of NumPy's BLAS wait at work, a fifth of the time of a short command; kernels are what takes cores here
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(50_000)  # nothing of what is imported is garbage: a twentieth of that time
     # Characters that the output's encoding lacks are escaped.
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):

@@ -17,7 +17,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from snowmpm.compiler import lifetime, patches, relaunch
+from snowmpm.compiler import front_end, lifetime, patches, relaunch
 from snowmpm.compiler.backend import impl, ti
 
 
@@ -136,12 +136,9 @@ class Launcher:
         if self._start is not start:
             self._start, self._compiled, self._again = start, {}, None
             self._stays = relaunch.applied(start)
-        program = start.prog
         with _no_collection():
-            compiled = self._kernel.ensure_compiled(*args)
+            kernel, code = front_end.compiled(self._kernel, args, [kind[:2] for kind in key])
         try:
-            kernel = self._kernel.compiled_kernels[compiled]
-            code = program.compile_kernel(program.config(), program.get_device_caps(), kernel)
             kernel.make_launch_context  # noqa: B018
         except patches.MISFITS as error:
             patches.leave_out("launch", error)

@@ -17,6 +17,7 @@ VARIABLE = "SNOWMPM_PATCHES"
 GAINS = {
     "class_bodies": "0.3 s of a start",
     "function_trees": "half of the time before the compiler's own work",
+    "front_end": "most of that time where the kernels are on disk",
     "launch": "60 to 90 us a launch",
     "relaunch": "25 to 50 us a launch of the same kernel again",
     "array_memory": "150 us a copy of a small table",

@@ -52,6 +52,7 @@ def probe(backend, threads, folder):
         try_precision(name)
     if backend == "cpu":
         try_array_memory()
+    try_front_end()
     try_launch()
     if backend == "cpu":
         try_relaunch()
@@ -149,6 +150,16 @@ def try_precision(name):
     if found[0] != expected:
         raise InputError(f"Taichi {_version()} computes 1/3 as {found.item()!r} where {name} is asked for, not"
                          f" {float(expected)!r}:\n{OTHER_VERSION}")
+
+
+def try_front_end():
+    """A kernel that the compiler is told from the disk computes what the one that was gone through does."""
+
+    def check():
+        for kernel in (launch.taichi_kernel(_double()) for _ in range(2)):
+            _expect(_doubled(kernel), [3.0, 5.0], "a kernel told from the disk")
+
+    _try("front_end", check)
 
 
 def try_array_memory():

@@ -29,8 +29,12 @@ STALE_LOCK = 60.0
 """Seconds after which a lock on the kernels on disk belongs to no living program."""
 
 _running = {}
-"""What was started: backend, threads, fine_grained, `start`, the Python object of this start of Taichi, and `thread`,
-the identity of the thread that did."""
+"""What was started: backend, threads, `start`, the Python object of this start of Taichi, and `thread`, the identity of
+the thread that did."""
+
+_kernels = {}
+"""fine_grained: what kernels ask for while they are compiled, apart from what differs between processes
+(`compiler.fingerprint`)."""
 
 
 def start(backend: str = "auto", threads: int | None = None, fine_grained: bool = False) -> str:
@@ -118,8 +122,8 @@ def _note(fine_grained, thread):
     if not _running:
         os.register_at_fork(after_in_child=_after_fork)
     probe.probe(running, config.cpu_max_num_threads, config.offline_cache_file_path)
-    _running.update(start=impl.get_runtime(), backend=running, threads=config.cpu_max_num_threads,
-                    fine_grained=fine_grained or running == "cuda", thread=thread.ident)
+    _running.update(start=impl.get_runtime(), backend=running, threads=config.cpu_max_num_threads, thread=thread.ident)
+    _kernels.update(fine_grained=fine_grained or running == "cuda")
 
 
 def _say_what_differs(backend, threads):
@@ -170,7 +174,7 @@ def threads():
 def fine_grained():
     """Whether every thread takes a particle or a block and adds to what others add to, as a GPU wants; else a thread
     takes many of them, in packs."""
-    return _running.get("fine_grained", False)
+    return _kernels.get("fine_grained", False)
 
 
 def is_started():

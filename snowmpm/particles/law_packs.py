@@ -21,7 +21,11 @@ def law_functions(layout, real, laws, width=LANES):
     laws: `LawFunctions` of a scene. pack: as `packs.update_pack` takes it, with `most_held` arrays "held"; written too,
     where a law stiffens, strain and wave2, where one has bonds, breaks.
     """
-    n_laws, updates, vector_update = len(laws), [law.update for law in laws], [law.vector_update for law in laws]
+    n_laws, vector_update = len(laws), [law.vector_update for law in laws]
+    # Laws that differ in straight-line updates alone share the other one, and it is compiled once
+    updates = list(dict.fromkeys((law.update, law.names) for law in laws))
+    example = [next(k for k, law in enumerate(laws) if (law.update, law.names) == update) for update in updates]
+    update_of = [updates.index((law.update, law.names)) for law in laws]
     has_vector_update = [function is not None and width == LANES for function in vector_update]
     some_stiffen = any(law.stiffness is not None for law in laws)
     some_bonded = any(law.bonds is not None for law in laws)
@@ -47,10 +51,14 @@ def law_functions(layout, real, laws, width=LANES):
         some_left = left > 0 or ti.static(some_stiffen or some_bonded)
         for lane in range(ti.select(some_left, count, 0)):
             own = ti.cast(material[first + lane], ti.i32)
+            update = -1
             for k in ti.static(range(n_laws)):
+                update = ti.select(law_of[own] == k, ti.static(update_of[k]), update)
+            for j in ti.static(range(len(updates))):
+                if update == j and pack["iterations"][lane] == REDO:
+                    update_lane(updates[j][0], lane, particle.parameters_of(example[j], materials, own), dt, pack)
+            for k in ti.static(range(n_laws if some_stiffen or some_bonded else 0)):
                 if law_of[own] == k:
-                    if pack["iterations"][lane] == REDO:
-                        update_lane(updates[k], lane, particle.parameters_of(k, materials, own), dt, pack)
                     if ti.static(some_stiffen):
                         strain, wave2 = particle.extremes_of_law(k, materials, own, read_lane(pack["h"], lane),
                                                         read_lane(pack["tau"], lane), read_lane(pack["state"], lane))

@@ -104,5 +104,5 @@ class MaterialTable:
         stress, energy = np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), 0.0
         for m, law in enumerate(self.laws):
             own = material == m
-            energy += float(volume[own] @ law.elastic_energy(stress[own], state[own]))
+            energy += float((volume[own] * law.elastic_energy(stress[own], state[own])).sum())
         return energy

@@ -94,7 +94,7 @@ class SortedParticles(ParticleStore, Particles):
 
     def _mass_of(self, population):
         """[kg]"""
-        mass = float(population.volumes @ self.materials.density[population.material])
+        mass = float((population.volumes * self.materials.density[population.material]).sum())
         if name := self.layout.mass_column:
             mass += float(population.volumes @ population.columns[name][:, 0])
         return mass

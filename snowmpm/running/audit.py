@@ -79,6 +79,12 @@ def _among(wanted, keys):
     return keys[np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)] == wanted
 
 
+def _sum(mass, values):
+    """sum m a. Not by BLAS, which would share it among threads that then wait at work for 0.1 s, and whose last digits
+    would be others on another number of cores."""
+    return float((mass * values).sum())
+
+
 def _squares(rows):
     """Squared lengths of rows (n, k): several times as fast as sums of squares along the short axis."""
     return np.einsum("ij,ij->i", rows, rows)
@@ -145,8 +151,8 @@ class Audit:
     def _energies(self, fields, mass, v, x):
         solver = self._solver
         return {
-            "kinetic_energy": 0.5 * float(mass @ _squares(v)),
-            "affine_energy": 0.5 * second_moment(solver) * float(mass @ _squares(fields.velocity_gradient())),
+            "kinetic_energy": 0.5 * _sum(mass, _squares(v)),
+            "affine_energy": 0.5 * second_moment(solver) * _sum(mass, _squares(fields.velocity_gradient())),
             "elastic_energy": fields.materials.elastic_energy(fields["material"], fields.kirchhoff(), fields.state(),
                                                               fields["volume"] / fields["J"]),
             "potential_energy": self._potential_energy(mass, x),
@@ -164,7 +170,7 @@ class Audit:
             return found
         travel = self._start_momentum * solver.time + self._totals.momentum_gain  # [kg m]
         around = float((solver.gravity - self._falling) @ travel)
-        return -float(mass @ ((x - self._reference) @ self._falling)) - around
+        return -_sum(mass, (x - self._reference) @ self._falling) - around
 
     def values(self, fields):
         """One row of the history."""
@@ -231,9 +237,9 @@ class Audit:
         C: Any = fields.velocity_gradient() if D else None
         found = {}
         for name, (a, b) in turns.items():
-            found[name] = float(mass @ (arm[:, a] * v[:, b] - arm[:, b] * v[:, a]))
+            found[name] = _sum(mass, arm[:, a] * v[:, b] - arm[:, b] * v[:, a])
             if D:
-                found[name] += D * float(mass @ (C[:, b * dim + a] - C[:, a * dim + b]))
+                found[name] += D * _sum(mass, C[:, b * dim + a] - C[:, a * dim + b])
         return found
 
     def _momentum_residual(self, momentum, totals, least):

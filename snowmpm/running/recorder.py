@@ -18,7 +18,7 @@ from snowmpm.io.status import Status
 from snowmpm.particles.fields import field_units
 from snowmpm.quantities.motion import Motion
 from snowmpm.quantities.resolution import published
-from snowmpm.results import hazard, maps
+from snowmpm.results import maps
 from snowmpm.running import audit as diagnostics
 from snowmpm.running.description import written_fields
 from snowmpm.running.device import device_name
@@ -226,6 +226,8 @@ class Recorder:
         surface = self._simulation.model.surface
         if self._maps is None or surface is None:
             return None
+        from snowmpm.results import hazard  # slow to import
+
         end = self._end_state()
         removed = self._simulation.solver.particles.removed
         mass = float(self._simulation.particles["mass"].sum()) + removed.get("laid", 0.0)

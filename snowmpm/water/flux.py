@@ -11,8 +11,6 @@ the maximum principle.
 """
 
 import numpy as np
-from scipy.sparse import coo_matrix, diags
-from scipy.sparse.linalg import cg, splu
 
 DIRECT = 3000
 """Unknowns up to which a system is factorised; beyond, conjugate gradients."""
@@ -59,6 +57,8 @@ class TwoPointFlux:
                  + np.bincount(cells.border, border, n))
         rows = np.concatenate([np.arange(n), cells.first, cells.second])
         columns = np.concatenate([np.arange(n), cells.second, cells.first])
+        from scipy.sparse import coo_matrix  # slow to import
+
         return coo_matrix((np.concatenate([total, -inner, -inner]), (rows, columns)), (n, n)).tocsr()
 
 
@@ -70,10 +70,12 @@ def solve(matrix, right, start=None):
     n = len(right)
     if n == 0:
         return np.zeros(0)
+    from scipy.sparse import diags, linalg
+
     if n <= DIRECT:
-        return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(right)
+        return linalg.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(right)
     scale = 1.0 / matrix.diagonal()
-    found, failed = cg(matrix, right, x0=start, rtol=TOLERANCE, maxiter=20 * n, M=diags(scale))
+    found, failed = linalg.cg(matrix, right, x0=start, rtol=TOLERANCE, maxiter=20 * n, M=diags(scale))
     if failed:
         raise ArithmeticError("conjugate gradients did not converge")
     return found

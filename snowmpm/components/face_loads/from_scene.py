@@ -1,7 +1,6 @@
 """Parts of the surface of bodies on which a scene presses, pulls or holds, as points with area."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from snowmpm.components.face_loads.face import FACES
 from snowmpm.components.face_loads.face_points import FacePoints
@@ -84,6 +83,8 @@ def _points(model, spec, key):
     rest, area = rest[chosen], area[chosen]
     ends = [*model.body_starts, len(model.population.volumes)]
     positions = model.population.positions[ends[number] : ends[number + 1]]
+    from scipy.spatial import cKDTree  # slow to import
+
     distance, nearest = cKDTree(positions).query(rest)
     if (far := distance > REACH * spacing * np.sqrt(dim)).any():
         place = np.array2string(rest[far][0], precision=3)

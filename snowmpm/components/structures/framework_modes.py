@@ -1,7 +1,6 @@
 """Small vibrations of a framework about its start: frequencies, and whether it is a structure at all."""
 
 import numpy as np
-from scipy.linalg import eigh
 
 NOTHING = 1e-12
 """Square of a frequency over that of the highest one below which nothing resists."""
@@ -31,6 +30,8 @@ class Modes:
         np.einsum("ii->i", M)[: 3 * p] = np.repeat(mesh.masses, 3)
         for i, J in enumerate(inertias):
             M[3 * (p + i) : 3 * (p + i) + 3, 3 * (p + i) : 3 * (p + i) + 3] = J
+        from scipy.linalg import eigh  # slow to import
+
         squares, vectors = eigh(K[np.ix_(own, own)], M[np.ix_(own, own)])
         whole = np.zeros((3 * (p + t), len(own)))
         whole[own] = vectors

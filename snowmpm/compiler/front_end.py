@@ -1,0 +1,299 @@
+"""What Taichi's compiler was told of a kernel, kept beside the compiled kernels, and told again.
+
+The compiled code of a kernel lies on disk, but its key is a digest of the kernel as Taichi's compiler has it, so at
+every start Python goes through the source of all kernels, a second for those of a scene (measured). All that the
+compiler learns then are calls of its functions, one for a constant, a sum, the beginning of a loop. They are written
+down the first time, and made again wherever the kernel has the same `fingerprint`: a tenth of the time.
+
+A record is kept only if the compiler takes the kernel that it makes for the same one, by that key. This is the patch
+`front_end` (`snowmpm.compiler.patches`); a kernel of which something cannot be told is gone through each time.
+"""
+
+import contextlib
+import enum
+import functools
+import hashlib
+import marshal
+import os
+import platform
+import sys
+import tempfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm.compiler import patches
+from snowmpm.compiler.backend import impl, ti
+from snowmpm.compiler.fingerprint import Unknown, fingerprint
+
+ENDING = ".told"
+MOST_BYTES = 1 << 28
+"""Of all records in a folder; those least lately written give way."""
+
+SETTINGS = ("default_fp", "default_ip", "default_up", "short_circuit_operators")
+"""Of the process, which the way through a source depends on; those of a compilation, `OF_COMPILATION`, beside them."""
+OF_COMPILATION = ("arch", "debug", "check_out_of_bound", "opt_level", "advanced_optimization", "fast_math",
+                  "real_matrix_scalarize", "force_scalarize_matrix", "half2_vectorization")
+CLASSES = ("ASTBuilder", "Expr", "ExprGroup", "Kernel", "TypeFactory")
+"""Of the compiler, whose methods are written down as well as its functions."""
+
+KERNEL, SETTING, FACTORY, PLACE = "kernel", "setting", "factory", "place"
+LIST, ITEM = "[]", "[i]"
+
+
+def _look():
+    """Look for all that is used here."""
+    core, config = impl._ti_core, impl.current_cfg()
+    for name in CLASSES:
+        vars(getattr(core, name))
+    for name in OF_COMPILATION:
+        getattr(config, name)
+    core.DebugInfo, core.DataType.to_string, core.get_type_factory_instance  # noqa: B018
+
+
+def compiled(kernel, args, kinds):
+    """A kernel of Taichi's compiler and its code, for the kinds of arrays that it was given.
+
+    kernel: `taichi.lang.kernel_impl.Kernel`, of numbers and arrays only; kinds: what tells these arrays apart.
+    """
+    start = impl.get_runtime()
+    program = start.prog
+    name = _name(kernel, kinds) if patches.apply("front_end", _look) else None
+    if name is None:
+        return _code(program, kernel.compiled_kernels[kernel.ensure_compiled(*args)])
+    start.materialize()
+    folder = Path(impl.current_cfg().offline_cache_file_path).expanduser()
+    told = _read(folder / name)
+    if told is not None:
+        with contextlib.suppress(Exception):  # a file that is none of a kernel: gone through anew
+            return _code(program, _made(program, kernel, told))
+    with _Record() as record:
+        made = kernel.compiled_kernels[kernel.ensure_compiled(*args)]
+    found = _code(program, made)
+    with contextlib.suppress(Unknown):
+        told = record.told()
+        if _code(program, _made(program, kernel, told))[1] is found[1]:
+            _write(folder / name, told)
+    return found
+
+
+def _code(program, made):
+    return made, program.compile_kernel(program.config(), program.get_device_caps(), made)
+
+
+def _made(program, kernel, told):
+    """The kernel of a record."""
+    return program.create_kernel(lambda made: _tell(told, made), kernel.func.__name__, kernel.autodiff_mode)
+
+
+def _name(kernel, kinds):
+    """File of the record of a kernel, None where it cannot have one."""
+    start, config = impl.get_runtime(), impl.current_cfg()
+    about = (_version(), str(kernel.autodiff_mode), [str(getattr(start, name)) for name in SETTINGS],
+             [str(getattr(config, name)) for name in OF_COMPILATION], kinds)
+    try:
+        return fingerprint(kernel.func, *about) + ENDING
+    except (Unknown, RecursionError, ValueError):  # the last of a name that has no value yet
+        return None
+
+
+@functools.cache
+def _version():
+    here = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    return (ti.__name__, *ti.__version__, np.__version__, sys.version, platform.machine(), here)
+
+
+class _Record:
+    """Context in which the calls of the compiler's functions are written down."""
+
+    def __init__(self):
+        self._calls, self._labels, self._constants = [], {}, {}
+        self._places, self._alive, self._replaced, self._unknown = {}, [], [], None
+        self._typed, self._built, self._asked = set(), set(), (bool, int, float, str, list, impl._ti_core.DataType)
+
+    def __enter__(self):
+        core = impl._ti_core
+        owners = [(core, "", name) for name, value in vars(core).items()
+                  if type(value).__name__ == "builtin_function_or_method"]
+        owners += [(getattr(core, kind), f"{kind}.", name) for kind in CLASSES
+                   for name, value in vars(getattr(core, kind)).items()
+                   if callable(value) and ((name == "__init__" and kind == "ExprGroup") or not name.startswith("__"))]
+        for owner, of, name in owners:
+            before = vars(owner)[name]
+            if (label := of + name) != "Expr.set_dbg_info":  # changes no code
+                self._replaced.append((owner, name, before))
+                setattr(owner, name, self._noting(label, before))
+        return self
+
+    def __exit__(self, *error):
+        for owner, name, before in self._replaced:
+            setattr(owner, name, before)
+
+    def told(self):
+        """The record: labels of functions, constants, calls, each a label and the places of its arguments among
+        constants and results of calls. Raises Unknown where something cannot be told."""
+        if self._unknown:
+            raise self._unknown
+        wanted, kept = set(), []
+        for number in range(len(self._calls) - 1, -1, -1):
+            label, args, matters = self._calls[number]
+            if matters or number in wanted:
+                kept.append(number)
+                wanted.update(arg for kind, arg in args if kind)
+        first, of = len(self._constants), {}
+        calls = []
+        for number in reversed(kept):
+            label, args, _ = self._calls[number]
+            of[number] = first + len(of)
+            calls.append((label, *[of[arg] if kind else arg for kind, arg in args]))
+        return list(self._labels), [constant for constant, _ in self._constants.items()], calls
+
+    def _noting(self, label, function):
+        """The function, which also writes down each call of it."""
+        creates, always = label.endswith("__init__"), label.startswith(("Kernel.", "ASTBuilder."))
+        once = {"Expr.type_check": self._typed, "Kernel.ast_builder": self._built}.get(label)
+
+        def noted(*args, **named):
+            result = function(*args, **named)
+            if self._unknown is None:
+                if once is not None:
+                    if id(args[0]) in once:
+                        return result
+                    once.add(id(args[0]))
+                try:
+                    places = [self._place(arg) for arg in (args[1:] if creates else args)]
+                    places += [self._place(arg) for arg in named.values()]
+                    # What Python only asks for is left out where nothing hangs on it
+                    matters = always or not isinstance(result, self._asked)
+                    number = self._add(":".join((label, *named)) if named else label, places, matters)
+                    self._keep(args[0] if creates else result, number)
+                except Unknown as error:
+                    self._unknown = error
+            return result
+
+        return noted
+
+    def _add(self, label, places, matters):
+        labels = self._labels
+        self._calls.append((labels.setdefault(label, len(labels)), places, matters))
+        return len(self._calls) - 1
+
+    def _keep(self, result, number):
+        """Know the result of a call again where it is an argument."""
+        if result is None:
+            return
+        core = impl._ti_core.__name__
+        if isinstance(result, (list, tuple)):
+            for i, one in enumerate(result):
+                if type(one).__module__ == core:
+                    self._keep(one, self._add(ITEM, [(1, number), self._constant(i)], False))
+        elif type(result).__module__ == core:
+            self._places[id(result)] = number
+            self._alive.append(result)  # or its identity would be another's
+
+    def _place(self, value):
+        """(0, number of a constant) or (1, number of a call)."""
+        number = self._places.get(id(value))
+        if number is not None:
+            return 1, number
+        value = value.item() if isinstance(value, np.generic) else value
+        core, kind = impl._ti_core, type(value)
+        if value is None or kind in (bool, int, float, str):
+            return self._constant(value)
+        if kind in (list, tuple):
+            return 1, self._add(LIST, [self._place(one) for one in value], False)
+        if kind in (core.DebugInfo, core.Kernel, core.CompileConfig, core.TypeFactory):
+            name = {core.DebugInfo: PLACE, core.Kernel: KERNEL, core.CompileConfig: SETTING, core.TypeFactory: FACTORY}
+            return self._constant((name[kind],))
+        if kind is core.DataType:
+            return self._constant(_type_told(value))
+        if hasattr(kind, "__members__") and kind.__module__ == core.__name__:
+            return self._constant((kind.__name__, int(value)))
+        if isinstance(value, enum.Enum):
+            return self._place(value.value)
+        raise Unknown(f"{kind.__module__}.{kind.__qualname__}")
+
+    def _constant(self, value):
+        key = value if isinstance(value, tuple) else (type(value).__name__, repr(value), value)
+        return 0, self._constants.setdefault(key, len(self._constants))
+
+
+def _type_told(kind):
+    name = kind.to_string()
+    if getattr(impl._ti_core, f"DataType_{name}", None) == kind:
+        return "DataType", name
+    shape = list(kind.shape() or ())
+    if not shape:
+        raise Unknown(name)
+    return "tensor", tuple(shape), _type_told(kind.element_type())
+
+
+def _constant_of(told, made):
+    """The value of a constant of a record; made: the kernel."""
+    core, kind = impl._ti_core, told[0]
+    if kind == "DataType":
+        return getattr(core, f"DataType_{told[1]}")
+    if kind == "tensor":
+        return core.get_type_factory_instance().get_tensor_type(list(told[1]), _constant_of(told[2], made))
+    if len(told) == 3:
+        return told[2]
+    if len(told) == 2:
+        return getattr(core, kind)(told[1])
+    return {KERNEL: made, SETTING: impl.get_runtime().prog.config(), PLACE: core.DebugInfo(""),
+            FACTORY: core.get_type_factory_instance()}[kind]
+
+
+def _function_of(label):
+    """The function of a label of a record."""
+    if label == LIST:
+        return lambda *values: list(values)
+    if label == ITEM:
+        return lambda values, i: values[i]
+    label, *named = label.split(":")
+    owner, _, name = label.rpartition(".")
+    owner = getattr(impl._ti_core, owner) if owner else impl._ti_core
+    function = owner if name == "__init__" else getattr(owner, name)
+    if not named:
+        return function
+    n = len(named)
+    return lambda *args: function(*args[:-n], **dict(zip(named, args[-n:], strict=True)))
+
+
+def _tell(told, made):
+    """Tell the compiler all calls of a record, of the kernel that it is making."""
+    labels, constants, calls = told
+    functions, values = [_function_of(label) for label in labels], [_constant_of(one, made) for one in constants]
+    keep = values.append
+    for call in calls:
+        keep(functions[call[0]](*[values[place] for place in call[1:]]))
+
+
+def _read(path):
+    try:
+        return marshal.loads(zlib.decompress(path.read_bytes()))
+    except (OSError, ValueError, EOFError, TypeError, zlib.error):
+        return None
+
+
+def _write(path, told):
+    """Write a record whole or not at all, and make room for it."""
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            file.write(zlib.compress(marshal.dumps(told), 1))
+        os.replace(file.name, path)
+        _make_room(path.parent)
+
+
+def records(folder):
+    """Files of records in a folder, the last written one first."""
+    return sorted(folder.glob("*" + ENDING), key=lambda path: path.stat().st_mtime, reverse=True)
+
+
+def _make_room(folder):
+    sizes = 0
+    for path in records(folder):
+        sizes += path.stat().st_size
+        if sizes > MOST_BYTES:
+            path.unlink()
