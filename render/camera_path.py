@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d
 
 from snowmpm.errors import InputError
@@ -51,6 +50,8 @@ class CameraPath:
 
     @cached_property
     def _splines(self):
+        from scipy.interpolate import PchipInterpolator  # slow to import, and few cameras move
+
         return [PchipInterpolator(self.times, values) for values in (self.eyes, self.targets, self.angles)]
 
     def camera(self, time, size):

@@ -38,13 +38,14 @@ from snowmpm.render.document import (
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import WeakLayer
 from snowmpm.render.history_plot import render_history
-from snowmpm.render.peak_map import MapSheet, render_map
+from snowmpm.render.peak_map import MapSheet
 from snowmpm.render.report_pdf import write_pdf
 from snowmpm.render.run_film import nearest_frame, view_of
 from snowmpm.render.saw_test_plot import render_saw_test
 from snowmpm.render.thalweg_plot import render_thalweg
 from snowmpm.render.thalweg_time_plot import render_thalweg_time
 from snowmpm.render.viewer import SCRIPTS, viewer
+from snowmpm.render.workers import drawn, worker_count
 from snowmpm.stages import stage
 
 SIZE = (1280, 620)
@@ -72,17 +73,18 @@ def render_report(run_path: PathLike | Run, output: PathLike, *, interactive: bo
 
 def _document(run, view, folder, interactive, now):
     """The report of a `Run`, its pictures drawn to `folder`; now: the `Stage` that counts the parts with pictures."""
-    def drawn(title, make):
+    def part(title, make):
         section = Section(title, list(make()))
         now.done += 1
         return section
 
+    sheet = MapSheet(run)
     return Document(run.title.replace("_", " "), _lead(run), [
-        drawn("", lambda: [Numbers(_key_numbers(run)), *_first_map(run, folder), *_warnings(run)]),
-        drawn("Pictures", lambda: [*_pictures(run, view, folder), *_film(run)]),
-        drawn("To turn and move through", lambda: _turning(run, view, interactive)),
-        drawn("Curves", lambda: _curves(run, folder)),
-        drawn("Maps", lambda: _maps(run, folder)),
+        part("", lambda: [Numbers(_key_numbers(run)), *_first_map(run, sheet, folder), *_warnings(run)]),
+        part("Pictures", lambda: [*_pictures(run, view, folder), *_film(run)]),
+        part("To turn and move through", lambda: _turning(run, view, interactive)),
+        part("Curves", lambda: _curves(run, folder)),
+        part("Maps", lambda: _maps(run, sheet, folder)),
         Section("Numbers of hazard mapping", list(_hazard(run))),
         Section("Areas by class", list(_areas(run))),
         Section("Impact", list(_impacts(run))),
@@ -134,15 +136,15 @@ def _warnings(run):
 
 
 def _pictures(run, view, folder):
-    for i in _moments(run):
-        yield Picture(_as_jpeg(view.picture(i), folder / f"{i}.jpg"), f"t = {run.times[i]:g} s")
+    moments = _moments(run)
+    pictures = drawn(view.picture, moments, worker_count(view.size, view.most_points, len(moments)))
+    for i, picture in zip(moments, pictures, strict=True):
+        yield Picture(_as_jpeg(picture, folder / f"{i}.jpg"), f"t = {run.times[i]:g} s")
     try:
         WeakLayer.of(run)
     except InputError:
         return
-    space = run.dimension == 3
-    camera = view.camera.bearing_and_elevation() if space else None
-    broken = view_of(run, view.size, None if space else FRACTURE, camera, cutaway=space)
+    broken = view.cut_away() if run.dimension == 3 else view_of(run, view.size, FRACTURE)
     i = _half_broken(run, broken.layer)
     cut = ", what lies over it cut away" if run.dimension == 3 else ""
     yield Picture(_as_jpeg(broken.picture(i), folder / "weak_layer.jpg"),
@@ -212,14 +214,13 @@ def _first(run):
     return next((name for name in FIRST if name in _shown(run) and "runout" in run.hazard.get("numbers", {})), None)
 
 
-def _first_map(run, folder):
+def _first_map(run, sheet, folder):
     """The map of the hazard, before all else."""
     if name := _first(run):
-        yield Picture(render_map(run, name, folder / f"{name}.png"), quantity(name).definition)
+        yield Picture(sheet.render(name, folder / f"{name}.png"), quantity(name).definition)
 
 
-def _maps(run, folder):
-    sheet = MapSheet(run)
+def _maps(run, sheet, folder):
     drawn = [Picture(sheet.render(name, folder / f"{name}.png"), quantity(name).definition)
              for name in _shown(run) if name != _first(run)]
     if drawn:

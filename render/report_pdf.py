@@ -137,14 +137,16 @@ class _Sheet:
     def picture(self, path, words):
         """A picture, as wide as the page or as high as LARGEST, with its words."""
         with Image.open(path) as image:
-            pixels = np.asarray(image.convert("RGB"))
-        height = WIDTH * pixels.shape[0] / pixels.shape[1]
-        width, height = (WIDTH, height) if height <= LARGEST else (WIDTH * LARGEST / height, LARGEST)
+            height = WIDTH * image.height / image.width
+            width, height = (WIDTH, height) if height <= LARGEST else (WIDTH * LARGEST / height, LARGEST)
+            shown = image.convert("RGB")
+            shown.thumbnail((round(DPI * width), round(DPI * height)), Image.Resampling.LANCZOS, reducing_gap=2.0)
+            pixels = np.asarray(shown)
         self._room(height + 0.35)
         self._y -= height
         axes = self._figure.add_axes([0.5 - 0.5 * width / PAPER[0], self._y / PAPER[1], width / PAPER[0],
                                       height / PAPER[1]])
-        axes.imshow(pixels, interpolation="antialiased")
+        axes.imshow(pixels, interpolation="none")  # as it is: Matplotlib would fit it to the pixels of the page again
         axes.set_axis_off()
         self.text(words, 8, FAINT, after=0.12)
 

@@ -11,7 +11,6 @@ from snowmpm.annotations import Floats, PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render.camera_path import CameraPath
-from snowmpm.render.cinema.view import CinemaView
 from snowmpm.render.field_view import LOOKS as FIELD_LOOKS
 from snowmpm.render.field_view import FieldView
 from snowmpm.render.film import PICTURES, open_film, output_kind
@@ -166,6 +165,8 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
     if look in FIELD_LOOKS:
         return FieldView(run, size, look, color, camera or "auto", path=path, at=at, quality=quality)
     if look == "cinematic":
+        from snowmpm.render.cinema.view import CinemaView  # slow to import
+
         return CinemaView(run, size, color, camera or "auto", path=path, ground=ground, quality=quality)
     return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn,
                      quality=quality, inset=inset if drawn else "off")

@@ -1,10 +1,13 @@
 """Pictures of a run in three dimensions."""
 
+import copy
+
 import numpy as np
 
 from snowmpm.render import light
 from snowmpm.render.camera_path import MOVING, path_of
 from snowmpm.render.credit import attribution
+from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import Cutaway, WeakLayer
 from snowmpm.render.framing import Stance, choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
@@ -80,6 +83,14 @@ class SpaceView(View):
         else:
             overlay.length_scale(self.action.size_in(camera), other, about=True)
         return overlay.picture()
+
+    def cut_away(self):
+        """The same view with the weak layer by its damage, and what lies over it on the near side left out. Raises
+        InputError for a run without a weak layer, or with nothing over it."""
+        other = copy.copy(self)
+        other.colour_by(FRACTURE)
+        other.cut = Cutaway.of(self.run, other.layer, self.camera)
+        return other
 
     @property
     def near(self):

@@ -24,15 +24,19 @@ class View:
 
     def __init__(self, run, size, color):
         self.run, self.size = run, size
-        self.layer = WeakLayer.of(run) if color == FRACTURE else None
         self.cut = None
-        self.scale = self.layer.scale() if self.layer else choose_scale(run, color)
-        self.table = None if self.scale is None else light.decode(self.scale.table())
+        self.colour_by(color)
         self.spacing = particle_spacing(run)
         self.title, self.cautions = run.name, cautions(run)
         self.pace, self.plain, self.layer_drawn = None, False, "picture"
         self.quality, self.as_sheet = Quality(), False
         self.terrain, self.saw = ground_of(run), SawBlade.of(run)
+
+    def colour_by(self, color):
+        """Choose the colours of the snow: as of `view_of`."""
+        self.layer = WeakLayer.of(self.run) if color == FRACTURE else None
+        self.scale = self.layer.scale() if self.layer else choose_scale(self.run, color)
+        self.table = None if self.scale is None else light.decode(self.scale.table())
 
     @property
     def most_points(self):

@@ -43,8 +43,9 @@ class ThalwegTime:
         points, s = np.column_stack([profile["x"], profile["y"]]), np.array(profile["s"], float)
         flow_depth = run.hazard["numbers"].get("flow_depth") or LEAST_DEPTH
         depth, speed = np.full((2, len(run), len(s)), np.nan)
+        fields = [name for name in ("velocity", "depth", "volume", "J") if name in run.field_names]
         for i in range(len(run)):
-            depth[i], speed[i] = _across(run, run.frame(i), points, flow_depth)
+            depth[i], speed[i] = _across(run, run.frame(i, fields), points, flow_depth)
         reached = np.where(np.nan_to_num(depth) >= flow_depth, s, -np.inf).max(axis=1)
         return cls(s, np.asarray(run.times, float), depth, speed, np.where(np.isfinite(reached), reached, np.nan),
                    flow_depth)
@@ -80,7 +81,10 @@ def _over_cells(run, frame, plan, speed):
     """Middles (m, 2) of the map cells with particles, depth and mean speed over them."""
     cell = run.maps["peak_depth"].cell
     volume = first_volumes(run, frame)
-    number, where = np.unique(np.floor(plan / cell).astype(np.int64), axis=0, return_inverse=True)
-    where = where.reshape(-1)
+    cells = np.floor(plan / cell).astype(np.int64)
+    first, rows = cells.min(axis=0), int(np.ptp(cells[:, 1])) + 1
+    # By one number a cell: NumPy takes ten times as long for pairs
+    found, where = np.unique((cells[:, 0] - first[0]) * rows + cells[:, 1] - first[1], return_inverse=True)
+    number = first + np.column_stack(np.divmod(found, rows))
     held = np.bincount(where, volume)
     return (number + 0.5) * cell, held / cell**2, np.bincount(where, volume * speed) / held
