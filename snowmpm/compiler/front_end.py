@@ -38,6 +38,11 @@ OF_COMPILATION = ("arch", "debug", "check_out_of_bound", "opt_level", "advanced_
 CLASSES = ("ASTBuilder", "Expr", "ExprGroup", "Kernel", "TypeFactory")
 """Of the compiler, whose methods are written down as well as its functions."""
 
+LEFT_OUT = ("Expr.set_dbg_info", "Expr.is_tensor", "Expr.is_lvalue", "Expr.is_external_tensor_expr", "Expr.get_shape",
+            "Expr.get_rvalue_type", "Expr.get_ret_type", "promoted_type", "is_integral", "is_real", "is_signed",
+            "is_tensor", "logging_effective")
+"""Calls that change nothing: places in the source, and what Python asks of what it has made."""
+
 KERNEL, SETTING, FACTORY, PLACE = "kernel", "setting", "factory", "place"
 LIST, ITEM = "[]", "[i]"
 
@@ -110,7 +115,7 @@ class _Record:
     def __init__(self):
         self._calls, self._labels, self._constants = [], {}, {}
         self._places, self._alive, self._replaced, self._unknown = {}, [], [], None
-        self._typed, self._built, self._asked = set(), set(), (bool, int, float, str, list, impl._ti_core.DataType)
+        self._typed, self._built = set(), set()
 
     def __enter__(self):
         core = impl._ti_core
@@ -121,7 +126,7 @@ class _Record:
                    if callable(value) and ((name == "__init__" and kind == "ExprGroup") or not name.startswith("__"))]
         for owner, of, name in owners:
             before = vars(owner)[name]
-            if (label := of + name) != "Expr.set_dbg_info":  # changes no code
+            if (label := of + name) not in LEFT_OUT:
                 self._replaced.append((owner, name, before))
                 setattr(owner, name, self._noting(label, before))
         return self
@@ -135,23 +140,14 @@ class _Record:
         constants and results of calls. Raises Unknown where something cannot be told."""
         if self._unknown:
             raise self._unknown
-        wanted, kept = set(), []
-        for number in range(len(self._calls) - 1, -1, -1):
-            label, args, matters = self._calls[number]
-            if matters or number in wanted:
-                kept.append(number)
-                wanted.update(arg for kind, arg in args if kind)
-        first, of = len(self._constants), {}
-        calls = []
-        for number in reversed(kept):
-            label, args, _ = self._calls[number]
-            of[number] = first + len(of)
-            calls.append((label, *[of[arg] if kind else arg for kind, arg in args]))
-        return list(self._labels), [constant for constant, _ in self._constants.items()], calls
+        first = len(self._constants)
+        calls = [(label, *[first + place if of_call else place for of_call, place in args])
+                 for label, args in self._calls]
+        return list(self._labels), list(self._constants), calls
 
     def _noting(self, label, function):
         """The function, which also writes down each call of it."""
-        creates, always = label.endswith("__init__"), label.startswith(("Kernel.", "ASTBuilder."))
+        creates = label.endswith("__init__")
         once = {"Expr.type_check": self._typed, "Kernel.ast_builder": self._built}.get(label)
 
         def noted(*args, **named):
@@ -164,9 +160,7 @@ class _Record:
                 try:
                     places = [self._place(arg) for arg in (args[1:] if creates else args)]
                     places += [self._place(arg) for arg in named.values()]
-                    # What Python only asks for is left out where nothing hangs on it
-                    matters = always or not isinstance(result, self._asked)
-                    number = self._add(":".join((label, *named)) if named else label, places, matters)
+                    number = self._add(":".join((label, *named)) if named else label, places)
                     self._keep(args[0] if creates else result, number)
                 except Unknown as error:
                     self._unknown = error
@@ -174,9 +168,9 @@ class _Record:
 
         return noted
 
-    def _add(self, label, places, matters):
+    def _add(self, label, places):
         labels = self._labels
-        self._calls.append((labels.setdefault(label, len(labels)), places, matters))
+        self._calls.append((labels.setdefault(label, len(labels)), places))
         return len(self._calls) - 1
 
     def _keep(self, result, number):
@@ -187,7 +181,7 @@ class _Record:
         if isinstance(result, (list, tuple)):
             for i, one in enumerate(result):
                 if type(one).__module__ == core:
-                    self._keep(one, self._add(ITEM, [(1, number), self._constant(i)], False))
+                    self._keep(one, self._add(ITEM, [(1, number), self._constant(i)]))
         elif type(result).__module__ == core:
             self._places[id(result)] = number
             self._alive.append(result)  # or its identity would be another's
@@ -202,7 +196,7 @@ class _Record:
         if value is None or kind in (bool, int, float, str):
             return self._constant(value)
         if kind in (list, tuple):
-            return 1, self._add(LIST, [self._place(one) for one in value], False)
+            return 1, self._add(LIST, [self._place(one) for one in value])
         if kind in (core.DebugInfo, core.Kernel, core.CompileConfig, core.TypeFactory):
             name = {core.DebugInfo: PLACE, core.Kernel: KERNEL, core.CompileConfig: SETTING, core.TypeFactory: FACTORY}
             return self._constant((name[kind],))
