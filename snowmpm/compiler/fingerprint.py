@@ -5,6 +5,7 @@ values of the names in all of them, those of modules and those of the functions 
 are alike make the same kernel. Files are taken whole: whoever edits one makes anew what is written in it.
 """
 
+import collections
 import enum
 import functools
 import hashlib
@@ -17,9 +18,15 @@ import numpy as np
 from snowmpm.compiler.backend import impl, ti
 
 PLAIN = (type(None), bool, int, float, complex, str, bytes, np.generic)
-DESCRIPTORS = types.WrapperDescriptorType, types.MethodDescriptorType, types.ClassMethodDescriptorType
+DESCRIPTORS = (types.WrapperDescriptorType, types.MethodDescriptorType, types.ClassMethodDescriptorType,
+               types.GetSetDescriptorType, types.MemberDescriptorType)
+OF_EVERY_CLASS = ("__dict__", "__weakref__", "__doc__", "__module__", "__qualname__", "_abc_impl", "__dataclass_params__",
+                  "__dataclass_fields__")
 OTHERS = ("builtins", "collections", "functools", "itertools", "math", "numpy", "operator", "typing", ti.__name__)
 """Packages of which the name of a function, class or module is enough: they change with their version."""
+
+
+Pair = collections.namedtuple("Pair", "one")
 
 
 class Unknown(Exception):
@@ -76,6 +83,8 @@ class _Reader:
             self._several("partial", (value.func, value.args, value.keywords))
         elif isinstance(value, types.FunctionType):
             self._function(value)
+        elif kind is type(Pair.one):  # of a named tuple
+            self._say(repr(value))
         elif isinstance(value, (types.BuiltinFunctionType, *DESCRIPTORS)):
             self._say("builtin", f"{getattr(value, '__module__', '')}.{value.__qualname__}")
         elif isinstance(value, type):
@@ -105,9 +114,8 @@ class _Reader:
         self._say("class", value.__module__, value.__qualname__)
         if not _of_others(value):
             self._several("bases", value.__bases__)
-            self._several("body", [part for name, part in vars(value).items()
-                                   if isinstance(part, (*PLAIN, types.FunctionType, property, staticmethod, classmethod,
-                                                        functools.cached_property))])
+            self._several("body", [part for item in vars(value).items() if item[0] not in OF_EVERY_CLASS
+                                   for part in item])
 
     def _function(self, value):
         self._say("function", value.__module__ or "", value.__qualname__)
