@@ -20,12 +20,13 @@ from snowmpm.compiler.backend import impl, ti
 PLAIN = (type(None), bool, int, float, complex, str, bytes, np.generic)
 DESCRIPTORS = (types.WrapperDescriptorType, types.MethodDescriptorType, types.ClassMethodDescriptorType,
                types.GetSetDescriptorType, types.MemberDescriptorType)
-OF_EVERY_CLASS = ("__dict__", "__weakref__", "__doc__", "__module__", "__qualname__", "_abc_impl", "__dataclass_params__",
-                  "__dataclass_fields__")
+OF_EVERY_CLASS = ("__dict__", "__weakref__", "__doc__", "__module__", "__qualname__", "_abc_impl",
+                  "__dataclass_params__", "__dataclass_fields__")
 OTHERS = ("builtins", "collections", "functools", "itertools", "math", "numpy", "operator", "typing", ti.__name__)
 """Packages of which the name of a function, class or module is enough: they change with their version."""
 
 
+NOTHING: dict[str, object] = {}
 Pair = collections.namedtuple("Pair", "one")
 
 
@@ -62,6 +63,7 @@ class _Reader:
             self.digest.update(word.encode("utf-8", "surrogatepass") + b"\0")
 
     def _take(self, value, kind):
+        own = vars(value) if "__dict__" in dir(value) else NOTHING
         if kind in (tuple, list):
             self._several(kind.__name__, value)
         elif kind in (set, frozenset):
@@ -74,19 +76,22 @@ class _Reader:
             self._say("module", value.__name__)
         elif isinstance(value, types.MethodType):
             self._several("method", (value.__self__, value.__func__))
-        elif kind.__module__ == impl._ti_core.__name__ and hasattr(kind, "to_string" if kind is impl._ti_core.DataType
-                                                                   else "__members__"):
-            self._say("of Taichi", value.to_string() if kind is impl._ti_core.DataType else str(value))
-        elif hasattr(value, "__wrapped__"):  # of a decorator: Taichi's, a cache
-            self._several(kind.__name__, (value.__wrapped__,))
+        elif kind is impl._ti_core.DataType:
+            self._say("type", value.to_string())
+        elif kind.__module__ == impl._ti_core.__name__ and "__members__" in dir(kind):
+            self._say("member", str(value))
+        elif "__wrapped__" in own:  # of a decorator: Taichi's, a cache
+            self._several(kind.__name__, (own["__wrapped__"],))
         elif isinstance(value, functools.partial):
             self._several("partial", (value.func, value.args, value.keywords))
         elif isinstance(value, types.FunctionType):
             self._function(value)
         elif kind is type(Pair.one):  # of a named tuple
             self._say(repr(value))
-        elif isinstance(value, (types.BuiltinFunctionType, *DESCRIPTORS)):
-            self._say("builtin", f"{getattr(value, '__module__', '')}.{value.__qualname__}")
+        elif isinstance(value, types.BuiltinFunctionType):
+            self._say("builtin", f"{value.__module__}.{value.__qualname__}")
+        elif isinstance(value, DESCRIPTORS):
+            self._say("descriptor", f"{value.__objclass__.__module__}.{value.__qualname__}")
         elif isinstance(value, type):
             self._class(value)
         elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
@@ -100,8 +105,8 @@ class _Reader:
             self._several(kind.__name__, (value.fget if kind is property else value.__func__,))
         elif isinstance(value, functools.cached_property):
             self._several("cached", (value.func,))
-        elif hasattr(value, "__dict__") and not hasattr(kind, "__slots__"):
-            self._several("instance", (kind, {name: part for name, part in vars(value).items()}))
+        elif own is not NOTHING and not any("__slots__" in vars(base) for base in kind.__mro__):
+            self._several("instance", (kind, dict(own)))
         else:
             raise Unknown(f"{kind.__module__}.{kind.__qualname__}")
 

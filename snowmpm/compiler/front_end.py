@@ -14,6 +14,7 @@ import enum
 import functools
 import hashlib
 import marshal
+import operator
 import os
 import platform
 import sys
@@ -51,9 +52,8 @@ def _look():
     """Look for all that is used here."""
     core, config = impl._ti_core, impl.current_cfg()
     for name in CLASSES:
-        vars(getattr(core, name))
-    for name in OF_COMPILATION:
-        getattr(config, name)
+        vars(core)[name]
+    operator.attrgetter(*OF_COMPILATION)(config)
     core.DebugInfo, core.DataType.to_string, core.get_type_factory_instance  # noqa: B018
 
 
@@ -95,8 +95,8 @@ def _made(program, kernel, told):
 def _name(kernel, kinds):
     """File of the record of a kernel, None where it cannot have one."""
     start, config = impl.get_runtime(), impl.current_cfg()
-    about = (_version(), str(kernel.autodiff_mode), [str(getattr(start, name)) for name in SETTINGS],
-             [str(getattr(config, name)) for name in OF_COMPILATION], kinds)
+    about = (_version(), str(kernel.autodiff_mode), operator.attrgetter(*SETTINGS)(start),
+             operator.attrgetter(*OF_COMPILATION)(config), kinds)
     try:
         return fingerprint(kernel.func, *about) + ENDING
     except (Unknown, RecursionError, ValueError):  # the last of a name that has no value yet
@@ -121,8 +121,8 @@ class _Record:
         core = impl._ti_core
         owners = [(core, "", name) for name, value in vars(core).items()
                   if type(value).__name__ == "builtin_function_or_method"]
-        owners += [(getattr(core, kind), f"{kind}.", name) for kind in CLASSES
-                   for name, value in vars(getattr(core, kind)).items()
+        owners += [(vars(core)[kind], f"{kind}.", name) for kind in CLASSES
+                   for name, value in vars(vars(core)[kind]).items()
                    if callable(value) and ((name == "__init__" and kind == "ExprGroup") or not name.startswith("__"))]
         for owner, of, name in owners:
             before = vars(owner)[name]
@@ -202,7 +202,7 @@ class _Record:
             return self._constant((name[kind],))
         if kind is core.DataType:
             return self._constant(_type_told(value))
-        if hasattr(kind, "__members__") and kind.__module__ == core.__name__:
+        if kind.__module__ == core.__name__ and "__members__" in dir(kind):
             return self._constant((kind.__name__, int(value)))
         if isinstance(value, enum.Enum):
             return self._place(value.value)
@@ -215,7 +215,7 @@ class _Record:
 
 def _type_told(kind):
     name = kind.to_string()
-    if getattr(impl._ti_core, f"DataType_{name}", None) == kind:
+    if vars(impl._ti_core).get(f"DataType_{name}") == kind:
         return "DataType", name
     shape = list(kind.shape() or ())
     if not shape:
@@ -227,13 +227,13 @@ def _constant_of(told, made):
     """The value of a constant of a record; made: the kernel."""
     core, kind = impl._ti_core, told[0]
     if kind == "DataType":
-        return getattr(core, f"DataType_{told[1]}")
+        return vars(core)[f"DataType_{told[1]}"]
     if kind == "tensor":
         return core.get_type_factory_instance().get_tensor_type(list(told[1]), _constant_of(told[2], made))
     if len(told) == 3:
         return told[2]
     if len(told) == 2:
-        return getattr(core, kind)(told[1])
+        return vars(core)[kind](told[1])
     return {KERNEL: made, SETTING: impl.get_runtime().prog.config(), PLACE: core.DebugInfo(""),
             FACTORY: core.get_type_factory_instance()}[kind]
 
@@ -246,8 +246,8 @@ def _function_of(label):
         return lambda values, i: values[i]
     label, *named = label.split(":")
     owner, _, name = label.rpartition(".")
-    owner = getattr(impl._ti_core, owner) if owner else impl._ti_core
-    function = owner if name == "__init__" else getattr(owner, name)
+    owner = vars(impl._ti_core)[owner] if owner else impl._ti_core
+    function = owner if name == "__init__" else vars(owner)[name]
     if not named:
         return function
     n = len(named)

@@ -14,7 +14,6 @@ sqrt(9 + 12 tan^2 phi)), a little above the angle that non-associated flow reach
 """
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from snowmpm.comparison.answers.answer import Answer, History
 from snowmpm.comparison.answers.column import cone_facts
@@ -120,6 +119,8 @@ class WallThrust(Answer):
         run, case = self.case.run, self.case
         mass, time = run.history["mass"], run.history["time"]
         gained = run.history["momentum_x"][-1] - run.history["momentum_x"][0]
+        from scipy.integrate import trapezoid  # slow to import
+
         weight = case.gravity[0] * trapezoid(mass, time)
         on_wall, on_bed = self._wall.impulse[-1, 0], self._bed.impulse[-1, 0]
         return float((on_wall - (weight - gained - on_bed)) / on_wall)

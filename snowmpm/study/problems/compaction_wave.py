@@ -14,8 +14,6 @@ integral of sqrt(hull' / rho0) de.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 STRONGEST = 0.7
 """Largest strain e of the table of P(e)."""
@@ -44,6 +42,9 @@ def oedometric_path(law):
         y_p, y_q, y_p0 = M2 * (2 * p - (1 - beta) * p0), 2 * (1 + 2 * beta) * q, M2 * ((beta - 1) * p - 2 * beta * p0)
         g = (K * y_p + 2 * G * y_q) / (K * y_p**2 + 3 * G * y_q**2 - y_p0 * slope * y_p)
         return [K * (1 - g * y_p), 3 * G * (2 / 3 - g * y_q), g * y_p]
+
+    from scipy.integrate import solve_ivp  # slow to import
+    from scipy.optimize import brentq
 
     at_yield = brentq(lambda x: value(K * x, 2 * G * x, law.p0), 1e-9, 2 * law.p0 / K)
     start = [K * at_yield, 2 * G * at_yield, np.arcsinh(law.p0 / K) / law.hardening]

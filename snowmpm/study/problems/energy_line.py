@@ -10,7 +10,6 @@ The strip is elastic and soft, so that nothing is lost but by friction; it hangs
 """
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from snowmpm.errors import SimulationError
 from snowmpm.materials import Elastic
@@ -68,6 +67,8 @@ def exact_way(start, height):
 
     def stopped(s, energy):
         return energy[0]
+
+    from scipy.integrate import solve_ivp  # slow to import
 
     stopped.terminal, stopped.direction = True, -1
     return solve_ivp(rate, (start, start + 100.0), [1e-9], events=stopped, max_step=0.02, rtol=1e-8).t[-1]

@@ -14,7 +14,6 @@ times the undrained rise B (1 + nu_u) / 3 of twice the mean load, which is 1 her
 """
 
 import numpy as np
-from scipy.optimize import brentq
 
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
@@ -50,6 +49,8 @@ def mandel(dx=0.1, water=None, **solver):
 
 def roots(count=200):
     """a_i, i < count."""
+    from scipy.optimize import brentq  # slow to import
+
     ratio = (1.0 - POISSON) / (0.5 - POISSON)
     ends = [(i * np.pi + 1e-9, (i + 0.5) * np.pi - 1e-12) for i in range(count)]
     return np.array([brentq(lambda a: np.sin(a) - ratio * a * np.cos(a), *end) for end in ends])

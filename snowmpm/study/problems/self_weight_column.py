@@ -8,7 +8,6 @@ damped nodes; elasticity forgets the way there.
 """
 
 import numpy as np
-from scipy.special import lambertw
 
 from snowmpm.materials import Elastic
 from snowmpm.particles.population import Population
@@ -23,6 +22,8 @@ SOFT = Elastic(density=80.0, youngs_modulus=1e4, poisson_ratio=0.0)  # by 23 % a
 
 def exact_height(law, length, Y):
     """Height [m] of the points that were Y [m] high without weight."""
+    from scipy.special import lambertw  # slow to import
+
     modulus, weight = law.density * law.wave_speed() ** 2, law.density * G
 
     def potential(Y):
