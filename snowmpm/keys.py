@@ -3,7 +3,9 @@
 import ast
 import functools
 import inspect
+import itertools
 import sys
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 from pydantic import ConfigDict
@@ -53,17 +55,25 @@ def _in_source(module: str) -> dict[str, dict[str, str]]:
     except (KeyError, OSError, TypeError):
         return {}
     found: dict[str, dict[str, str]] = {}
-    pending = [(node, node.name) for node in tree.body if isinstance(node, ast.ClassDef)]
+    pending: list[tuple[ast.AST, str]] = [(tree, "")]
     while pending:
-        node, name = pending.pop()
-        pending += [(one, f"{name}.{one.name}") for one in node.body if isinstance(one, ast.ClassDef)]
-        found[name] = {
-            field.target.id: inspect.cleandoc(words.value.value)
-            for field, words in zip(node.body, node.body[1:], strict=False)
-            if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)
-            and isinstance(words, ast.Expr) and isinstance(words.value, ast.Constant)
-            and isinstance(words.value.value, str)}
+        node, around = pending.pop()
+        for one in ast.iter_child_nodes(node):
+            if isinstance(one, ast.ClassDef):
+                found[around + one.name] = dict(_documented(one.body))
+                pending.append((one, f"{around}{one.name}."))
+            else:
+                made_in = f"{around}{one.name}.<locals>." if isinstance(one, ast.FunctionDef) else around
+                pending.append((one, made_in))
     return found
+
+
+def _documented(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
+    """(name, docstring) of each field that has one."""
+    for field, words in itertools.pairwise(body):
+        if (isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(words, ast.Expr)
+                and isinstance(words.value, ast.Constant) and isinstance(words.value.value, str)):
+            yield field.target.id, inspect.cleandoc(words.value.value)
 
 
 TABLE_CONFIG = ConfigDict(frozen=True, extra="forbid", defer_build=True, json_schema_extra=with_words)

@@ -18,7 +18,7 @@ import operator
 import os
 import platform
 import sys
-import tempfile
+import time as clock
 import zlib
 from pathlib import Path
 
@@ -31,6 +31,13 @@ from snowmpm.compiler.fingerprint import Unknown, fingerprint
 ENDING = ".told"
 MOST_BYTES = 1 << 28
 """Of all records in a folder; those least lately written give way."""
+
+MOST_OF_ONE = 1 << 26
+LEFT_BEHIND = 3600.0
+"""Seconds after which a part of a file belongs to no living process."""
+
+_roomy: set[Path] = set()
+"""Folders in which this process has made room."""
 
 SETTINGS = ("default_fp", "default_ip", "default_up", "short_circuit_operators")
 """Of the process, which the way through a source depends on; those of a compilation, `OF_COMPILATION`, beside them."""
@@ -57,29 +64,31 @@ def _look():
     core.DebugInfo, core.DataType.to_string, core.get_type_factory_instance  # noqa: B018
 
 
-def compiled(kernel, args, kinds):
-    """A kernel of Taichi's compiler and its code, for the kinds of arrays that it was given.
+def compiled(kernel, args):
+    """A kernel of Taichi's compiler and its code, for the kinds of arrays among these arguments.
 
-    kernel: `taichi.lang.kernel_impl.Kernel`, of numbers and arrays only; kinds: what tells these arrays apart.
+    kernel: `taichi.lang.kernel_impl.Kernel`, of numbers and arrays only. Raises what Taichi raises for arguments that
+    it does not take.
     """
-    start = impl.get_runtime()
+    start, config = impl.get_runtime(), impl.current_cfg()
     program = start.prog
-    name = _name(kernel, kinds) if patches.apply("front_end", _look) else None
+    _, kinds = kernel.mapper.lookup(args)
+    name = _name(kernel, kinds) if patches.apply("front_end", _look) and config.offline_cache else None
     if name is None:
         return _code(program, kernel.compiled_kernels[kernel.ensure_compiled(*args)])
     start.materialize()
-    folder = Path(impl.current_cfg().offline_cache_file_path).expanduser()
-    told = _read(folder / name)
+    path = Path(config.offline_cache_file_path).expanduser() / name
+    told = _read(path)
     if told is not None:
         with contextlib.suppress(Exception):  # a file that is none of a kernel: gone through anew
             return _code(program, _made(program, kernel, told))
     with _Record() as record:
         made = kernel.compiled_kernels[kernel.ensure_compiled(*args)]
     found = _code(program, made)
-    with contextlib.suppress(Unknown):
+    with contextlib.suppress(Exception):  # of what cannot be told; the kernel is there
         told = record.told()
         if _code(program, _made(program, kernel, told))[1] is found[1]:
-            _write(folder / name, told)
+            _write(path, told)
     return found
 
 
@@ -99,14 +108,15 @@ def _name(kernel, kinds):
              operator.attrgetter(*OF_COMPILATION)(config), kinds)
     try:
         return fingerprint(kernel.func, *about) + ENDING
-    except (Unknown, RecursionError, ValueError):  # the last of a name that has no value yet
+    except Exception:  # of objects that do not let themselves be read, among others
         return None
 
 
 @functools.cache
 def _version():
-    here = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-    return (ti.__name__, *ti.__version__, np.__version__, sys.version, platform.machine(), here)
+    here = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))))
+    return (ti.__name__, *ti.__version__, impl._ti_core.get_commit_hash(), np.__version__, sys.version,
+            platform.machine(), here.hexdigest())
 
 
 class _Record:
@@ -264,20 +274,36 @@ def _tell(told, made):
 
 
 def _read(path):
+    """The record of a file, None where it is not whole: as it was written, under this name."""
     try:
-        return marshal.loads(zlib.decompress(path.read_bytes()))
-    except (OSError, ValueError, EOFError, TypeError, zlib.error):
+        if path.stat().st_size > MOST_OF_ONE:
+            return None
+        digest, data = path.read_bytes().split(b"\n", 1)
+        if digest != _digest(path, data):
+            return None
+        return marshal.loads(zlib.decompressobj().decompress(data, MOST_OF_ONE))
+    except (OSError, ValueError, EOFError, TypeError, MemoryError, zlib.error):
         return None
+
+
+def _digest(path, data):
+    return hashlib.sha256(path.name.encode() + data).hexdigest().encode()
 
 
 def _write(path, told):
     """Write a record whole or not at all, and make room for it."""
-    with contextlib.suppress(OSError):
+    data, part = zlib.compress(marshal.dumps(told), 1), path.with_suffix(f"{ENDING}.{os.getpid()}")
+    try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(zlib.compress(marshal.dumps(told), 1))
-        os.replace(file.name, path)
-        _make_room(path.parent)
+        part.write_bytes(_digest(path, data) + b"\n" + data)
+        os.replace(part, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            part.unlink()
+    if path.parent not in _roomy:
+        _roomy.add(path.parent)
+        with contextlib.suppress(OSError):
+            _make_room(path.parent)
 
 
 def records(folder):
@@ -286,6 +312,9 @@ def records(folder):
 
 
 def _make_room(folder):
+    for part in folder.glob(f"*{ENDING}.*"):  # of a process that was killed
+        if clock.time() - part.stat().st_mtime > LEFT_BEHIND:
+            part.unlink()
     sizes = 0
     for path in records(folder):
         sizes += path.stat().st_size

@@ -137,7 +137,7 @@ class Launcher:
             self._start, self._compiled, self._again = start, {}, None
             self._stays = relaunch.applied(start)
         with _no_collection():
-            kernel, code = front_end.compiled(self._kernel, args, [kind[:2] for kind in key])
+            kernel, code = front_end.compiled(self._kernel, args)
         try:
             kernel.make_launch_context  # noqa: B018
         except patches.MISFITS as error:

@@ -82,9 +82,13 @@ def _over_cells(run, frame, plan, speed):
     cell = run.maps["peak_depth"].cell
     volume = first_volumes(run, frame)
     cells = np.floor(plan / cell).astype(np.int64)
-    first, rows = cells.min(axis=0), int(np.ptp(cells[:, 1])) + 1
-    # By one number a cell: NumPy takes ten times as long for pairs
-    found, where = np.unique((cells[:, 0] - first[0]) * rows + cells[:, 1] - first[1], return_inverse=True)
-    number = first + np.column_stack(np.divmod(found, rows))
+    first, last = cells.min(axis=0), cells.max(axis=0)
+    columns, rows = (int(b) - int(a) + 1 for a, b in zip(first, last, strict=True))
+    if columns * rows < 2**62:  # by one number a cell: NumPy takes ten times as long for pairs
+        found, where = np.unique((cells[:, 0] - first[0]) * rows + cells[:, 1] - first[1], return_inverse=True)
+        number = first + np.column_stack(np.divmod(found, rows))
+    else:  # one of them is far away
+        number, where = np.unique(cells, axis=0, return_inverse=True)
+        where = where.reshape(-1)
     held = np.bincount(where, volume)
     return (number + 0.5) * cell, held / cell**2, np.bincount(where, volume * speed) / held

@@ -1,9 +1,12 @@
 """Digests of kernels: alike where all that their source may read is alike, others where any of it is another."""
 
+import functools
 import os
 import subprocess
 import sys
 import threading
+from collections import OrderedDict
+from enum import Enum
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -12,6 +15,7 @@ import pytest
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.fingerprint import Unknown, fingerprint
+from snowmpm.particles import blocks
 
 SHARED = 1.0
 
@@ -73,8 +77,6 @@ def test_and_all_that_hangs_on_it(one, other):
 
 
 def test_so_are_names_of_its_module_and_of_others(monkeypatch):
-    from snowmpm.particles import blocks
-
     def of_a_module(found: ti.types.ndarray()):
         found[0] = blocks.EDGE[2] + Table().half()
 
@@ -100,10 +102,124 @@ def test_the_source_is_part_of_it(tmp_path):
     assert found[0] == found[2] != found[1]
 
 
-def test_what_cannot_be_told_has_none():
-    for thing in (threading.Lock(), (i for i in range(3))):
-        with pytest.raises(Unknown):
-            fingerprint(kernel(table=thing))
+class Sizes:
+    """A table of a class."""
+
+    rows, columns = (1, 2), [3, 4]
+
+
+class Mode(Enum):
+    """Of two kinds."""
+
+    ON = (1, 2)
+    OFF = 0
+
+
+class Own(dict):
+    """More than its attributes."""
+
+
+class Anything:
+    """Answers to names that it does not hold."""
+
+    def __getattr__(self, name):
+        return 1
+
+
+def scaled(number):
+    def decorate(function):
+        @functools.wraps(function)
+        def call(x):
+            return number * function(x)
+
+        return call
+
+    return decorate
+
+
+def test_so_is_what_a_class_holds(monkeypatch):
+    before = fingerprint(kernel(table=Sizes()))
+    monkeypatch.setattr(Sizes, "rows", (1, 3))
+    changed = fingerprint(kernel(table=Sizes()))
+    Sizes.columns[1] = 5  # in place
+    assert len({before, changed, fingerprint(kernel(table=Sizes()))}) == 3
+    Sizes.columns[1] = 4
+
+
+def test_and_a_member_and_what_a_decorator_adds(monkeypatch):
+    before = fingerprint(kernel(table=Mode.ON))
+    monkeypatch.setattr(Mode.ON, "_value_", (1, 3))
+    assert fingerprint(kernel(table=Mode.ON)) != before
+    one, two = (scaled(number)(abs) for number in (1.0, 2.0))
+    assert fingerprint(kernel(inner=one)) != fingerprint(kernel(inner=two))
+    assert fingerprint(kernel(inner={1: 2}.get)) != fingerprint(kernel(inner={1: 3}.get))
+
+
+def test_texts_that_differ_in_a_name_alone_are_told_apart():
+    """Without a file, and in one line."""
+    found = set()
+    for name in ("a", "b"):
+        space = {}
+        exec(f"def compute(table):\n    return (lambda t: t.{name})(table)\n", space)
+        found.add(fingerprint(space["compute"]))
+    assert len(found) == 2
+
+
+def test_names_in_annotations_of_a_function_count(monkeypatch):
+    def annotated(found: ti.types.ndarray()):
+        x: KIND = 0.1
+        found[0] = x
+
+    before = fingerprint(annotated)
+    monkeypatch.setattr(sys.modules[__name__], "KIND", ti.f64)
+    assert fingerprint(annotated) != before
+
+
+KIND = ti.f32
+
+
+def test_modules_are_followed_to_the_end(monkeypatch):
+    import snowmpm
+    import snowmpm.particles.blocks
+
+    def two_deep(found: ti.types.ndarray()):
+        found[0] = snowmpm.particles.blocks.EDGE[2]
+
+    before = fingerprint(two_deep)
+    monkeypatch.setattr(snowmpm.particles.blocks, "EDGE", {2: 5, 3: 4})
+    assert fingerprint(two_deep) != before
+
+
+def importing(i):
+    import math
+
+    return math.sqrt(i)
+
+
+def handing_on(i):
+    return getattr(blocks, "EDGE")[i]  # noqa: B009 (what is tried)
+
+
+def of_texts(i: "int"):
+    return i
+
+
+@pytest.mark.parametrize("thing", [
+    threading.Lock(), (i for i in range(3)), Own(a=1), OrderedDict(a=1), Anything(), np.ma.array([1.0]), blocks,
+    (blocks,), importing, handing_on, of_texts, functools.singledispatch(lambda i: i), np.frompyfunc(abs, 1, 1)],
+    ids=lambda thing: type(thing).__name__)
+def test_what_cannot_be_told_has_none(thing):
+    with pytest.raises(Unknown):
+        fingerprint(kernel(table=thing))
+
+
+def test_a_set_is_told_in_the_order_in_which_a_loop_meets_it():
+    """Which is another with another seed of Python's hashes: then the kernel is, too."""
+    code = ("from snowmpm.compiler.fingerprint import fingerprint\nnames = {'a', 'b', 'c', 'd', 'e'}\n"
+            "def compute(found):\n    return [n for n in names]\nprint(list(names), fingerprint(compute))")
+    found = {subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True,
+                            env={**os.environ, "PYTHONHASHSEED": str(seed)}).stdout for seed in range(1, 4)}
+    assert len({line.split("]")[0] for line in found}) == len({line.split("]")[1] for line in found}) > 1
 
 
 def test_it_is_the_same_in_every_process(tmp_path):

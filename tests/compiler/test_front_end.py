@@ -98,6 +98,22 @@ def test_a_file_that_is_none_of_a_kernel_is_made_anew(copied):
     assert steps(folder, *COLUMN)["gone_through"] == []
 
 
+def test_a_record_under_another_name_or_too_large_is_none(tmp_path):
+    path, told = tmp_path / f"a{front_end.ENDING}", (["expr_add"], [("int", "1", 1)], [(0, 0, 0)])
+    front_end._write(path, told)
+    assert front_end._read(path) == told
+    assert front_end._read(path.rename(tmp_path / f"b{front_end.ENDING}")) is None
+    path.write_bytes(bytes(front_end.MOST_OF_ONE + 1))
+    assert front_end._read(path) is None
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing_behind(tmp_path):
+    path = tmp_path / f"a{front_end.ENDING}"
+    path.mkdir()
+    front_end._write(path, ([], [], []))
+    assert [one.name for one in tmp_path.iterdir()] == [path.name]
+
+
 def test_the_oldest_files_give_way(tmp_path, monkeypatch):
     monkeypatch.setattr(front_end, "MOST_BYTES", 250)
     for k in range(5):
