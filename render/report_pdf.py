@@ -30,7 +30,7 @@ def write_pdf(document: Document, output: PathLike) -> Path:
         sheet.text(document.lead, 9.5, FAINT, after=0.12)
         for section in document.sections:
             if section.title and section.blocks:
-                sheet.heading(section.title)
+                sheet.heading(section.title, _first_height(section.blocks[0]))
             for block in section.blocks:
                 _draw(sheet, block)
         sheet.text(document.foot, 8, FAINT)
@@ -63,6 +63,21 @@ def _draw(sheet, block):
             sheet.text(words, 9, FAINT)
         case _:
             raise TypeError(f"not a block of a document: {type(block).__name__}")
+
+
+def _fitted(image):
+    """Width and height of a picture on the page: as wide as the page, or as high as LARGEST."""
+    height = WIDTH * image.height / image.width
+    return (WIDTH, height) if height <= LARGEST else (WIDTH * LARGEST / height, LARGEST)
+
+
+def _first_height(block):
+    """Height that the first part of a block needs."""
+    match block:
+        case content.Picture(path) | content.Columns((content.Picture(path), *_)):
+            with Image.open(path) as image:
+                return _fitted(image)[1] + 0.35
+    return 1.0
 
 
 class _Sheet:
@@ -104,9 +119,9 @@ class _Sheet:
             self._write(MARGIN, self._y, line, size, colour, bold)
         self._y -= after if words else 0.0
 
-    def heading(self, words):
-        """A heading, never the last line of a page."""
-        self._room(1.6)
+    def heading(self, words, below):
+        """A heading, on the page of what is below it, of this height."""
+        self._room(0.6 + below)
         self._y -= 0.12
         self.text(words, 14, bold=True)
 
@@ -137,8 +152,7 @@ class _Sheet:
     def picture(self, path, words):
         """A picture, as wide as the page or as high as LARGEST, with its words."""
         with Image.open(path) as image:
-            height = WIDTH * image.height / image.width
-            width, height = (WIDTH, height) if height <= LARGEST else (WIDTH * LARGEST / height, LARGEST)
+            width, height = _fitted(image)
             shown = image.convert("RGB")
             shown.thumbnail((round(DPI * width), round(DPI * height)), Image.Resampling.LANCZOS, reducing_gap=2.0)
             pixels = np.asarray(shown)

@@ -190,8 +190,8 @@ class _Reader:
             return
         if any(isinstance(kind, str) for kind in value.__annotations__.values()):
             raise Unknown(f"{value.__qualname__}, whose annotations are texts")
-        words, names, annotated = _described(code)
-        self._say(_file(code.co_filename), *words)
+        own, names, annotated = _described(code)
+        self._say(_file(code.co_filename), own)
         self._several("usual", (value.__defaults__, value.__kwdefaults__, value.__annotations__, vars(value)))
         found = {name: space[name] for name in (*names, *annotated) if name in space}
         found |= zip(code.co_freevars, [cell.cell_contents for cell in value.__closure__ or ()], strict=True)
@@ -214,8 +214,8 @@ def _is_table(kind):
 
 @functools.cache
 def _described(code):
-    """-> words that tell a code object from others, names that it and those within it may read, and those in
-    annotations. Raises Unknown for one that imports."""
+    """-> digest of a code object, names that it and those within it may read, and those in annotations. Raises Unknown
+    for one that imports."""
     if dis.opmap["IMPORT_NAME"] in code.co_code[::2]:
         raise Unknown(f"{code.co_name}, which imports")
     words = ["code", code.co_name, str(code.co_firstlineno), repr(code.co_varnames), repr(code.co_names),
@@ -226,12 +226,12 @@ def _described(code):
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
             inner, more, texts = _described(constant)
-            words += inner
+            words.append(inner)
             names |= dict.fromkeys(more)
             annotated |= dict.fromkeys(texts)
         else:
             words.append(repr(sorted(constant, key=repr) if isinstance(constant, frozenset) else constant))
-    return tuple(words), tuple(names), tuple(annotated)
+    return hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest(), tuple(names), tuple(annotated)
 
 
 def _ways(code, name):

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from page_content import checked
+from PIL import Image
 from synthetic_runs import slab_3d, weak_layer_3d
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
 from snowmpm.io.remarks import remarks
-from snowmpm.render import render_page, render_report
+from snowmpm.render import render_page, render_report, report_pdf
+from snowmpm.render.document import Document, Picture, Section
 from snowmpm.render.surface_points import surface_points
 
 SMALL = (320, 160)
@@ -50,6 +52,25 @@ def test_report_without_the_scene_to_turn_is_small(reported, tmp_path):
     still = checked(render_report(run, tmp_path / "still.html", interactive=False, size=SMALL))
     assert 'class="viewer"' not in still and "<script" not in still
     assert len(still) < len(text)
+
+
+def test_a_heading_of_a_pdf_stands_on_the_page_of_its_picture(tmp_path, monkeypatch):
+    places = []
+
+    def noted(original):
+        def call(sheet, *args):
+            original(sheet, *args)
+            places.append(sheet._number)
+
+        return call
+
+    for name in ("heading", "picture"):
+        monkeypatch.setattr(report_pdf._Sheet, name, noted(vars(report_pdf._Sheet)[name]))
+    Image.new("RGB", (400, 300)).save(tmp_path / "one.png")
+    sections = [Section(f"Part {k}", [Picture(tmp_path / "one.png", "a picture")]) for k in range(5)]
+    report_pdf.write_pdf(Document("Report", "", sections, ""), tmp_path / "report.pdf")
+    assert places[::2] == places[1::2]
+    assert len(set(places)) > 2
 
 
 def test_what_a_scene_file_says_stays_text(tmp_path):
