@@ -18,6 +18,9 @@ from snowmpm.io.flow_maps import first_volumes
 LEAST_DEPTH = 0.01
 """Depth [m] below which nothing counts as flow in runs without a flow depth of their own."""
 
+MOST_CELLS = 10_000_000
+"""Cells of a box around the snow that are counted one by one."""
+
 
 @dataclass(frozen=True)
 class ThalwegTime:
@@ -84,11 +87,12 @@ def _over_cells(run, frame, plan, speed):
     cells = np.floor(plan / cell).astype(np.int64)
     first, last = cells.min(axis=0), cells.max(axis=0)
     columns, rows = (int(b) - int(a) + 1 for a, b in zip(first, last, strict=True))
-    if columns * rows < 2**62:  # by one number a cell: NumPy takes ten times as long for pairs
-        found, where = np.unique((cells[:, 0] - first[0]) * rows + cells[:, 1] - first[1], return_inverse=True)
-        number = first + np.column_stack(np.divmod(found, rows))
+    if columns * rows < MOST_CELLS:
+        where = (cells[:, 0] - first[0]) * rows + cells[:, 1] - first[1]
+        there = np.flatnonzero(np.bincount(where))
+        number = first + np.column_stack(np.divmod(there, rows))
     else:  # one of them is far away
         number, where = np.unique(cells, axis=0, return_inverse=True)
-        where = where.reshape(-1)
-    held = np.bincount(where, volume)
-    return (number + 0.5) * cell, held / cell**2, np.bincount(where, volume * speed) / held
+        where, there = where.reshape(-1), slice(None)
+    held, moved = (np.bincount(where, weights)[there] for weights in (volume, volume * speed))
+    return (number + 0.5) * cell, held / cell**2, moved / held
