@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from snowmpm.compiler import patches
-from snowmpm.compiler.backend import impl, ti
+from snowmpm.compiler.backend import impl, part, ti
 from snowmpm.compiler.fingerprint import Unknown, fingerprint
 
 ENDING = ".told"
@@ -33,8 +33,10 @@ MOST_BYTES = 1 << 28
 """Of all records in a folder; those least lately written give way."""
 
 MOST_OF_ONE = 1 << 26
+"""Bytes of a record, before and after it is packed."""
+
 LEFT_BEHIND = 3600.0
-"""Seconds after which a part of a file belongs to no living process."""
+"""Seconds after which a file that was begun belongs to no living process."""
 
 _roomy: set[Path] = set()
 """Folders in which this process has made room."""
@@ -51,6 +53,9 @@ LEFT_OUT = ("Expr.set_dbg_info", "Expr.is_tensor", "Expr.is_lvalue", "Expr.is_ex
             "is_tensor", "logging_effective")
 """Calls that change nothing: places in the source, and what Python asks of what it has made."""
 
+MAPPER = "TaichiCallableTemplateMapper"
+"""Class of what tells the kinds of the arguments of a kernel."""
+
 KERNEL, SETTING, FACTORY, PLACE = "kernel", "setting", "factory", "place"
 LIST, ITEM = "[]", "[i]"
 
@@ -61,6 +66,8 @@ def _look():
     for name in CLASSES:
         vars(core)[name]
     operator.attrgetter(*OF_COMPILATION)(config)
+    if vars(part("lang.kernel_impl"))[MAPPER].lookup.__code__.co_varnames[:2] != ("self", "args"):
+        raise patches.Misfit("kinds of arguments are looked up in another way")
     core.DebugInfo, core.DataType.to_string, core.get_type_factory_instance  # noqa: B018
 
 
@@ -71,9 +78,10 @@ def compiled(kernel, args):
     it does not take.
     """
     start, config = impl.get_runtime(), impl.current_cfg()
-    program = start.prog
-    _, kinds = kernel.mapper.lookup(args)
-    name = _name(kernel, kinds) if patches.apply("front_end", _look) and config.offline_cache else None
+    program, name = start.prog, None
+    if patches.apply("front_end", _look) and config.offline_cache:
+        _, kinds = kernel.mapper.lookup(args)
+        name = _name(kernel, kinds)
     if name is None:
         return _code(program, kernel.compiled_kernels[kernel.ensure_compiled(*args)])
     start.materialize()
@@ -292,14 +300,14 @@ def _digest(path, data):
 
 def _write(path, told):
     """Write a record whole or not at all, and make room for it."""
-    data, part = zlib.compress(marshal.dumps(told), 1), path.with_suffix(f"{ENDING}.{os.getpid()}")
+    data, begun = zlib.compress(marshal.dumps(told), 1), path.with_suffix(f"{ENDING}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(_digest(path, data) + b"\n" + data)
-        os.replace(part, path)
+        begun.write_bytes(_digest(path, data) + b"\n" + data)
+        os.replace(begun, path)
     except OSError:
         with contextlib.suppress(OSError):
-            part.unlink()
+            begun.unlink()
     if path.parent not in _roomy:
         _roomy.add(path.parent)
         with contextlib.suppress(OSError):
@@ -312,9 +320,9 @@ def records(folder):
 
 
 def _make_room(folder):
-    for part in folder.glob(f"*{ENDING}.*"):  # of a process that was killed
-        if clock.time() - part.stat().st_mtime > LEFT_BEHIND:
-            part.unlink()
+    for begun in folder.glob(f"*{ENDING}.*"):  # by a process that was killed
+        if clock.time() - begun.stat().st_mtime > LEFT_BEHIND:
+            begun.unlink()
     sizes = 0
     for path in records(folder):
         sizes += path.stat().st_size
