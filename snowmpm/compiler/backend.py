@@ -18,7 +18,6 @@ VARIABLE = "SNOWMPM_COMPILER"
 COMPILERS = ("taichi", "quadrants", "taichi_forge")
 
 
-
 @contextlib.contextmanager
 def _short_looks():
     """Context: who asks where a frame is gets its line of source, and no search through all modules. Taichi asks for

@@ -190,8 +190,9 @@ class _Reader:
             return
         if any(isinstance(kind, str) for kind in value.__annotations__.values()):
             raise Unknown(f"{value.__qualname__}, whose annotations are texts")
-        own, names, annotated = _described(code)
-        self._say(_file(code.co_filename), own)
+        file = _file(code.co_filename)
+        own, names, annotated = _described(code, file)
+        self._say(file, own)
         self._several("usual", (value.__defaults__, value.__kwdefaults__, value.__annotations__, vars(value)))
         found = {name: space[name] for name in (*names, *annotated) if name in space}
         found |= zip(code.co_freevars, [cell.cell_contents for cell in value.__closure__ or ()], strict=True)
@@ -213,9 +214,9 @@ def _is_table(kind):
 
 
 @functools.cache
-def _described(code):
-    """-> digest of a code object, names that it and those within it may read, and those in annotations. Raises Unknown
-    for one that imports."""
+def _described(code, file):
+    """-> digest of a code object in a file of this digest, names that it and those within it may read, and those in
+    annotations. Raises Unknown for one that imports."""
     if dis.opmap["IMPORT_NAME"] in code.co_code[::2]:
         raise Unknown(f"{code.co_name}, which imports")
     words = ["code", code.co_name, str(code.co_firstlineno), repr(code.co_varnames), repr(code.co_names),
@@ -225,7 +226,7 @@ def _described(code):
     annotated = dict.fromkeys(re.findall(r"[A-Za-z_]\w*", " ".join(ANNOTATED.findall(_text(code)))))
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
-            inner, more, texts = _described(constant)
+            inner, more, texts = _described(constant, file)
             words.append(inner)
             names |= dict.fromkeys(more)
             annotated |= dict.fromkeys(texts)
@@ -235,8 +236,8 @@ def _described(code):
 
 
 def _ways(code, name):
-    """The attributes that code reads of a name one after the other, each time that it does: [("C",), ("mod", "C")]; an
-    empty one where it does anything else with it. None where the name is that of an attribute only."""
+    """For each time that code reads a name, the attributes that it goes on to: [("C",), ("mod", "C")] of `pkg.C` and
+    `pkg.mod.C`; () where it does anything else with it. Nothing where the name is that of an attribute only."""
     steps = [step for step in dis.get_instructions(code) if step.opname not in PADDING]
     ways = []
     for i, step in enumerate(steps):

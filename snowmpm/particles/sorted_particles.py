@@ -96,7 +96,7 @@ class SortedParticles(ParticleStore, Particles):
         """[kg]"""
         mass = float((population.volumes * self.materials.density[population.material]).sum())
         if name := self.layout.mass_column:
-            mass += float(population.volumes @ population.columns[name][:, 0])
+            mass += float((population.volumes * population.columns[name][:, 0]).sum())
         return mass
 
     def _rebuild_for(self, blocks, drift=0.0, moved=None):

@@ -85,6 +85,11 @@ def _sum(mass, values):
     return float((mass * values).sum())
 
 
+def _sums(mass, rows):
+    """The same of each column of rows (n, dim)."""
+    return np.array([_sum(mass, column) for column in rows.T])
+
+
 def _squares(rows):
     """Squared lengths of rows (n, k): several times as fast as sums of squares along the short axis."""
     return np.einsum("ij,ij->i", rows, rows)
@@ -114,7 +119,7 @@ class Audit:
         x, mass = fields["position"], fields["mass"]
         self._reference = (mass[:, None] * x).sum(axis=0) / max(mass.sum(), 1e-300)
         self._start = start_positions
-        self._start_momentum = mass @ fields["velocity"]
+        self._start_momentum = _sums(mass, fields["velocity"])
         self._start_energy = sum(self.energies(fields).values())
         self.motion = Motion.of(mass, fields["velocity"])
         """Motion at the last row, or at the start (`snowmpm.quantities.motion.Motion`)."""
@@ -177,7 +182,7 @@ class Audit:
         solver, removed = self._solver, self._solver.particles.removed
         frame, totals = solver.frame, self._totals
         mass, v, x = fields["mass"], fields["velocity"], fields["position"]
-        momentum = mass @ v
+        momentum = _sums(mass, v)
         names = ["momentum_x", "momentum_z"] if frame.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
         energies = self._energies(fields, mass, v, x)
         row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)),

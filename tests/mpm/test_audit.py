@@ -1,5 +1,9 @@
 """The audit: energies that close, motion that the grid does not see, cells that a body was stretched out of."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -165,3 +169,21 @@ def test_front_is_not_that_of_a_few_grains(make_solver):
     behind = front(start[:, 0] < 0.5, 0.5)
     assert behind[0] == 0.0 and behind[1] == pytest.approx(0.95, abs=0.1)
     assert front(start[:, 0] > 3.0, 1.0)[0] == pytest.approx(2.0, abs=0.1)
+
+
+AUDITED = """
+import hashlib, snowmpm
+scene = snowmpm.load_scene("column_collapse_2d", {"solver.dx": 0.0008, "bodies.0.velocity": [1.3, 0.7]})
+row = snowmpm.Simulation(scene).audit()
+assert row["particles"] > 200_000 and row["kinetic_energy"] > 0.0
+print(hashlib.sha256(repr({name: value for name, value in row.items() if name != "dt"}).encode()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_its_digits_do_not_hang_on_the_threads_of_numpy():
+    """OpenBLAS shares sums of more than 10 000 products among threads, and a vector times a matrix of half a million
+    numbers; each thread then rounds its own part."""
+    found = {subprocess.run([sys.executable, "-c", AUDITED], check=True, capture_output=True, text=True,
+                            env={**os.environ, "OPENBLAS_NUM_THREADS": threads}).stdout for threads in ("1", "2")}
+    assert len(found) == 1
