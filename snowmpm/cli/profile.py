@@ -1,0 +1,156 @@
+"""`snowmpm profile`: a snow profile, its weak layer, its stability, and scenes of it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snowmpm import overwriting
+from snowmpm.cli.options import Json, Quiet
+from snowmpm.cli.table import print_json
+from snowmpm.errors import InputError
+
+Pit = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="CAAML (.xml, .caaml), SNOWPACK (.pro), SnowMicroPen (.pnt) or a table (.csv);"
+                                        " with --all a folder of them."),
+]
+LayerAt = Annotated[
+    float | None,
+    typer.Option("--layer", metavar="CM", help="Depth [cm] of the weak layer; the likeliest candidate by default."),
+]
+Slope = Annotated[
+    float | None, typer.Option(metavar="DEG", help="Angle of the slope, in place of the file's.", min=0.0, max=70.0)
+]
+Modulus = Annotated[str, typer.Option(metavar="LAW", help="Of the moduli: bergfeld, scapozza, gerling, van_herwijnen.")]
+Time = Annotated[
+    str | None,
+    typer.Option(metavar="TEXT", help="Of a .pro file: which of its profiles; the last one with snow by default."),
+]
+
+
+def profile(
+    file: Pit,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; runs/NAME_profile by default.")
+    ] = None,
+    layer: LayerAt = None,
+    slope: Slope = None,
+    modulus: Modulus = "bergfeld",
+    time: Time = None,
+    every: Annotated[bool, typer.Option("--all", help="Every profile of a folder: one table and one picture.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="With --all: keep what an earlier run found.")] = False,
+    workers: Annotated[int | None, typer.Option(min=1, metavar="N", help="With --all: processes; one a core.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="With --all: a Dask scheduler, or slurm.")
+    ] = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+):
+    """Tell what a snow profile says of stability: weak layer, critical cut length, crack speed; write its scenes.
+
+    Densities that were not measured come from hardness and grain form, moduli and strengths from densities, all by
+    published laws with their scatter, which the intervals carry. Writes the profile as practice draws it (profile.png),
+    all numbers (stability.json), and scenes to run: saw_test.toml, and slab_release.toml on a slope.
+    """
+    from snowmpm.pit.mechanics import MODULI
+
+    if modulus not in MODULI:
+        raise InputError.not_in("--modulus", modulus, MODULI)
+    if every:
+        if layer is not None or time is not None:
+            raise InputError(f"{'--layer' if layer is not None else '--time'}: goes with one profile, not with --all")
+        _all(file, output, slope, modulus, quiet, as_json, resume=resume, workers=workers, scheduler=scheduler)
+        return
+    for option, given in (("--resume", resume), ("--workers", workers), ("--scheduler", scheduler)):
+        if given:
+            raise InputError(f"{option}: goes with --all")
+    _one(file, output, layer, slope, modulus, time, quiet, as_json)
+
+
+def _one(file, output, depth, slope, modulus, time, quiet, as_json):
+    from snowmpm.pit import record
+    from snowmpm.pit.column import column_of
+    from snowmpm.pit.reader import read_profile
+    from snowmpm.pit.stability import stability_of
+    from snowmpm.pit.weak_layers import candidates
+
+    if file.is_dir():
+        raise InputError(f"{file}: a folder: --all takes every profile in it")
+    overwriting.reads(file)
+    read = read_profile(file, time)
+    found = candidates(read)
+    index = _chosen(read, found, depth)
+    folder = output or Path("runs") / f"{file.stem}_profile"
+    overwriting.guard_in(folder, ("profile.png", "stability.json", "saw_test.toml", "slab_release.toml"))
+    column = column_of(read, index, slope, modulus)
+    stability = stability_of(column)
+    values = record.record_of(read, found, index, column, stability)
+    written, refused = _write(read, folder, index, column, stability, values)
+    if as_json:
+        print_json({**values, "written": [str(path) for path in written], "refused": refused})
+        return
+    for path in () if quiet else written:
+        print(path)
+    if not quiet:
+        for line in record.told(read, found, index, column, stability):
+            print(line)
+        for line in refused:
+            print(f"not written: {line}")
+
+
+def _chosen(read, found, depth):
+    """Index of the weak layer."""
+    if depth is not None:
+        index = read.index_at(0.01 * depth)
+        if index is None or index == 0:
+            top = 100 * read.layers[0].bottom
+            raise InputError.at("--layer", depth, f"must be from {top:.4g} to below {100 * read.depth:.4g} cm: below"
+                                                  " the layer at the surface, within the profile")
+        return index
+    if not found:
+        raise InputError(f"{read.source}: no candidate for the weak layer: no test, no mark, no persistent grains;"
+                         " --layer CM names one")
+    return found[0].index
+
+
+def _write(read, folder, index, column, stability, values):
+    """Paths, and what could not be written and why."""
+    import json
+
+    from snowmpm.cli.options import Backend
+    from snowmpm.cli.run import start_taichi
+    from snowmpm.draft import write_text
+    from snowmpm.pit import scenes
+    from snowmpm.render.pit_plot import render_pit
+
+    written, refused = [render_pit(read, folder / "profile.png", weak=index)], []
+    written.append(write_text(folder / "stability.json", json.dumps(values, indent=1, ensure_ascii=False) + "\n"))
+    start_taichi(Backend.cpu, None)
+    try:
+        law = scenes.weak_law(column)
+        expected = next((one.value for one in reversed(stability.lengths) if one.value), None)
+        written.append(write_text(folder / "saw_test.toml",
+                                  scenes.saw_test_scene(column, law, "saw_test", read.name, expected)))
+        soft = scenes.of_release(column)
+        written.append(write_text(folder / "slab_release.toml", scenes.release_scene(
+            soft, scenes.weak_law(soft, scenes.RUBS), "slab_release", read.name)))
+    except InputError as error:
+        refused.append(str(error))
+    return written, refused
+
+
+def _all(folder, output, slope, modulus, quiet, as_json, **how):
+    from snowmpm.pit import batch
+
+    if not folder.is_dir():
+        raise InputError(f"{folder}: --all takes a folder of profiles")
+    target = output or Path("runs") / f"{folder.name}_profiles"
+    found = batch.run(folder, target, slope, modulus, quiet=quiet or as_json, **how)
+    if as_json:
+        print_json(found.record)
+        return
+    for path in () if quiet else found.written:
+        print(path)
+    for line in () if quiet else found.told:
+        print(line)

@@ -1,0 +1,140 @@
+"""The mechanics of a profile above one weak layer: what theories of the saw test and scenes take."""
+
+import math
+from dataclasses import dataclass
+
+from snowmpm.errors import InputError
+from snowmpm.pit import mechanics
+from snowmpm.pit.codes import main_class
+from snowmpm.pit.profile import Layer, SnowProfile
+from snowmpm.saw_test.theory import GRAVITY, Slab
+
+THICKEST = 0.05
+"""Thickness of a weak layer that takes part in its failure, at most [m]: chosen; a layer of half a metre does not
+collapse as a whole."""
+USUAL_ANGLE = 0.0
+"""Slope [degrees] where nobody gives one."""
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A layer of the slab: thickness normal to the slope [m], density [kg/m3], Young's modulus [Pa]; source: of the
+    density, a key of `mechanics.DENSITY_SCATTER`."""
+
+    thickness: float
+    density: float
+    youngs_modulus: float
+    source: str
+    poisson_ratio: float = mechanics.POISSON_RATIO
+
+    @property
+    def shear_modulus(self) -> float:
+        return self.youngs_modulus / (2.0 + 2.0 * self.poisson_ratio)
+
+
+@dataclass(frozen=True)
+class WeakLayer:
+    """thickness normal to the slope, that takes part [m]; density [kg/m3], source of it; size of its grains [mm];
+    Young's modulus [Pa]; strength: in shear without load [Pa], None for a form that has no law; energy: of its collapse
+    [J/m2]."""
+
+    thickness: float
+    density: float
+    source: str
+    size: float
+    youngs_modulus: float
+    strength: float | None
+    energy: float
+    poisson_ratio: float = mechanics.POISSON_RATIO
+
+
+@dataclass(frozen=True)
+class Column:
+    """plates: of the slab, from the weak layer up; angle: of the slope [degrees]; assumed: what the profile does not
+    say, in words; law: of the moduli, a key of `mechanics.MODULI`."""
+
+    plates: tuple[Plate, ...]
+    weak: WeakLayer
+    angle: float
+    law: str
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def thickness(self) -> float:
+        """Of the slab, normal to the slope [m]."""
+        return sum(plate.thickness for plate in self.plates)
+
+    @property
+    def density(self) -> float:
+        """Mean of the slab [kg/m3]."""
+        return sum(plate.thickness * plate.density for plate in self.plates) / self.thickness
+
+    @property
+    def slab(self) -> Slab:
+        return Slab.of([(plate.thickness, plate) for plate in self.plates])
+
+    @property
+    def stresses(self) -> tuple[float, float]:
+        """Normal and shear stress on the weak layer from the weight of the slab [Pa], both positive."""
+        weight, angle = self.density * GRAVITY * self.thickness, math.radians(self.angle)
+        return weight * math.cos(angle), weight * math.sin(angle)
+
+
+def column_of(profile: SnowProfile, index: int, angle: float | None = None,
+              law: str = mechanics.USUAL_MODULUS) -> Column:
+    """The column above the weak layer `index` of a profile.
+
+    angle: of the slope [degrees], in place of the profile's. law: of the moduli. Raises InputError where nothing tells
+    the density of a layer of the slab or of the weak layer, or where nothing lies above it.
+    """
+    where = profile.source
+    if not index:
+        raise InputError(f"{where}: the layer at the surface has no slab above it")
+    assumed = []
+    if angle is None:
+        angle = profile.slope_angle
+    if angle is None:
+        angle = USUAL_ANGLE
+        assumed.append("the slope angle is not in the file: on the flat")
+    across = math.cos(math.radians(angle))
+    plates, sources = [], {"measured": 0, "hardness": 0, "form": 0}
+    for n, layer in enumerate(profile.layers[:index], 1):
+        for part in _halves(layer):
+            rho, source = _density(where, n, part)
+            sources[source] += 1
+            plates.append(Plate(part.thickness * across, rho, mechanics.youngs_modulus(rho, law), source))
+    weak = profile.layers[index]
+    rho, source = _density(where, index + 1, weak)
+    size, form = weak.size, main_class(weak.form or weak.second_form)
+    if size is None:
+        size = mechanics.GRAIN_SIZE.get(form, 1.0)
+        assumed.append(f"grain size of the weak layer is not in the file: {size:g} mm")
+    words = {"hardness": "density by hardness and form (Geldsetzer & Jamieson 2000)", "form": "density by form alone"}
+    assumed += [f"{words[name]}: {count} of {len(plates)} parts of the slab"
+                for name, count in sources.items() if count and name in words]
+    thickness = weak.thickness * across
+    if thickness > THICKEST:
+        assumed.append(f"of the weak layer's {100 * thickness:.0f} cm, {100 * THICKEST:.0f} cm take part")
+    strength = mechanics.shear_strength(weak, rho)
+    if strength is None:
+        assumed.append(f"no law of strength for {weak.form or 'a form that was not observed'}")
+    return Column(tuple(reversed(plates)), WeakLayer(
+        min(thickness, THICKEST), rho, source, size, mechanics.youngs_modulus(rho, law), strength, mechanics.COLLAPSE),
+        angle, law, tuple(assumed))
+
+
+def _halves(layer: Layer):
+    """A layer whose hardness differs from top to bottom counts as two."""
+    if layer.hardness is None or layer.hardness[0] == layer.hardness[1] or layer.density is not None:
+        return [layer]
+    values = vars(layer)
+    return [Layer(**{**values, "bottom": layer.middle, "hardness": (layer.hardness[0],) * 2}),
+            Layer(**{**values, "top": layer.middle, "hardness": (layer.hardness[1],) * 2})]
+
+
+def _density(where, n, layer):
+    found = mechanics.density(layer)
+    if found is None:
+        raise InputError(f"{where}: layer {n}, {100 * layer.top:.4g} to {100 * layer.bottom:.4g} cm: density is"
+                         " missing, and no grain form tells it")
+    return found
