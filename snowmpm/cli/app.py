@@ -6,6 +6,7 @@ import typer
 
 from snowmpm.cli import (
     campaign,
+    chain,
     check,
     choose,
     compare,
@@ -22,6 +23,7 @@ from snowmpm.cli import (
     new,
     plot,
     profile,
+    release,
     render,
     report,
     run,
@@ -72,6 +74,8 @@ for command in (
     Command("choose", choose.choose, writes=False),
     Command("runout", runout.runout),
     Command("profile", profile.profile),
+    Command("chain", chain.chain),
+    Command("release", release.release, computes=False),
     Command("list", listing.list_library, writes=False),
     Command("render", render.render, computes=False),
     Command("report", report.report, computes=False),

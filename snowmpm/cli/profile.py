@@ -121,7 +121,7 @@ def _write(read, folder, index, column, stability, values):
     from snowmpm.cli.options import Backend
     from snowmpm.cli.run import start_taichi
     from snowmpm.draft import write_text
-    from snowmpm.pit import scenes
+    from snowmpm.pit import release_scenes, scenes
     from snowmpm.render.pit_plot import render_pit
 
     written, refused = [render_pit(read, folder / "profile.png", weak=index)], []
@@ -132,9 +132,9 @@ def _write(read, folder, index, column, stability, values):
         expected = next((one.value for one in reversed(stability.lengths) if one.value), None)
         written.append(write_text(folder / "saw_test.toml",
                                   scenes.saw_test_scene(column, law, "saw_test", read.name, expected)))
-        soft = scenes.of_release(column)
-        written.append(write_text(folder / "slab_release.toml", scenes.release_scene(
-            soft, scenes.weak_law(soft, scenes.RUBS), "slab_release", read.name)))
+        soft = release_scenes.of_release(column)
+        written.append(write_text(folder / "slab_release.toml", release_scenes.release_on_plane(
+            soft, scenes.weak_law(soft, release_scenes.RUBS), "slab_release", read.name)))
     except InputError as error:
         refused.append(str(error))
     return written, refused

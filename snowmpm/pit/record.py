@@ -61,7 +61,7 @@ def told(profile, found, index, column, stability):
     layer, weak = profile.layers[index], column.weak
     yield (f"Weak layer at {100 * layer.top:.4g} cm, {words(layer.form)}, below a slab of"
            f" {100 * column.thickness:.0f} cm normal to the slope, {column.density:.0f} kg/m3, on"
-           f" {column.angle:g} degrees:")
+           f" {column.angle:.3g} degrees:")
     bears = "" if weak.strength is None else f"; it bears {weak.strength:.0f} Pa of shear by its form and density"
     yield f"  load: {stability.normal:.0f} Pa normal, {stability.shear:.0f} Pa shear{bears}"
     yield (f"  critical cut length, and {100 * (INTERVAL[1] - INTERVAL[0]):.0f} % of what the scatter of the laws makes"

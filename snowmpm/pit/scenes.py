@@ -1,35 +1,22 @@
-"""Scenes of a profile: its saw test, and the release of its slab on a slope of its angle."""
+"""Scenes of a profile: the law of its weak layer, and its saw test."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from snowmpm.errors import InputError, shown_line
 from snowmpm.pit import mechanics
 from snowmpm.pit.column import Column, Plate
 
 SLOPE, COHESION, HARDENING = 1.2, 0.3, 0.15
-"""M, beta and xi of the weak layer's law: chosen; M / sqrt(3) = 0.69, 35 degrees, is the friction of the crushed layer
-on the slope."""
-RUBS = 0.8
-"""M of the slab and of the weak layer of a release: a crushed layer rubs as M / sqrt(3) = 0.46, 25 degrees."""
-TENSION = 0.297
-"""Strength in uniaxial tension over p0 of a cohesive Cam-Clay law with M = 0.8 and beta = 0.3."""
+"""M, beta and xi of the weak layer's law in a saw test: chosen; crushed it rubs as M / sqrt(3) = 0.69, 35 degrees."""
 CELLS = 8
 """Over the slab of a saw test, whose crack is then within a tenth of that on fine cells (`snowmpm docs interface`)."""
-RELEASE_CELLS = 2
-"""Over the slab of a release, which its interface allows."""
-POINTS = {"saw_test": 8, "release": 2}
+POINTS = 8
+"""Of the weak layer of a saw test, a cell and direction."""
 LEAST_COLUMN, LONGEST_COLUMN = 1.5, 8.0
 """Length of a saw test [m]."""
 SOFTEST, MOST_BRITTLE = 0.05, 60.0
 """Rates of softening that are tried."""
-STIFFEST = 2e6
-"""Young's modulus [Pa] that a layer of a release has at the most: who slides and where it tears hangs on strength, and
-waves in stiffer snow only shorten the steps."""
-TEARS = 3.0
-"""Length of a patch over that at which its weight, less friction, tears the slab along one side."""
-GENTLE = 28.0
-"""Slope [degrees] below which no release is drawn: avalanches of slabs are rare there."""
 BEARS = 1.5
 """Shear strength over shear stress at the least: the slab was there when the pit was dug, whatever the law of strength
 says of its weak layer; how much more it bears is chosen."""
@@ -91,16 +78,16 @@ def saw_test_scene(column: Column, law: WeakLaw, name: str, about: str, expected
     """
     thickness = column.thickness
     length = min(max(LEAST_COLUMN, 3.0 * (expected or 0.5), 4.0 * thickness), LONGEST_COLUMN)
-    dx = _rounded(thickness / CELLS)
+    dx = rounded(thickness / CELLS)
     plates = merged(column.plates, dx)
     slab = "\n".join(f'[[saw_test.slab]]\nmaterial = "slab_{n}"\nthickness = {plate.thickness:.4g}'
                      for n, plate in enumerate(plates, 1))
-    laws = "\n\n".join(f'[materials.slab_{n}]\nkind = "elastic"\n{_elastic(plate)}'
+    laws = "\n\n".join(f'[materials.slab_{n}]\nkind = "elastic"\n{elastic(plate)}'
                        for n, plate in enumerate(plates, 1))
     return f"""# Saw test on a snow profile: {shown_line(about, 100)}
 #
-{_header(column, law, plates)}
-name = {_quoted(name)}
+{header(column, law, plates)}
+name = {quoted(name)}
 dimension = 2
 end_time = {max(0.5, 0.25 + length / 8.0):.2g}
 
@@ -117,7 +104,7 @@ flip_ratio = 0.99
 length = {length:.3g}
 slope_angle = {column.angle:g}
 ends = "vertical"
-weak_layer = {{ material = "weak_layer", thickness = {column.weak.thickness:.4g}, interface = {POINTS["saw_test"]} }}
+weak_layer = {{ material = "weak_layer", thickness = {column.weak.thickness:.4g}, interface = {POINTS} }}
 saw_start = 0.02
 saw_speed = {max(2.0, 2.5 * length):.3g}
 
@@ -126,126 +113,6 @@ saw_speed = {max(2.0, 2.5 * length):.3g}
 {weak_table(column, law)}
 
 {laws}
-
-[initial]
-stress = "settle"
-"""
-
-
-def of_release(column: Column) -> Column:
-    """The column with its moduli no larger than STIFFEST, and its plates no thinner than a cell (`cell_of_release`)."""
-    soft = [replace(plate, youngs_modulus=min(plate.youngs_modulus, STIFFEST)) for plate in column.plates]
-    weak = replace(column.weak, youngs_modulus=min(column.weak.youngs_modulus, STIFFEST))
-    return replace(column, plates=tuple(merged(soft, cell_of_release(column))), weak=weak)
-
-
-def cell_of_release(column: Column) -> float:
-    """[m]"""
-    return _rounded(column.thickness / RELEASE_CELLS)
-
-
-def tearing_length(column: Column) -> float:
-    """Length [m] of slab whose weight, less the friction of the crushed layer, its tensile strength just holds:
-    L (tau - mu sigma) = sum of strengths times thicknesses."""
-    sigma, tau = column.stresses
-    strength = sum(mechanics.tensile_strength(plate.density) * plate.thickness for plate in column.plates)
-    drive = tau - RUBS / math.sqrt(3.0) * sigma
-    return strength / drive if drive > 0.0 else math.inf
-
-
-def slab_laws(plates) -> str:
-    """Tables of the materials `slab_1` and on, each with the tensile strength of its density (`mechanics`)."""
-    return "\n\n".join(
-        f'[materials.slab_{n}]\nkind = "cohesive_cam_clay"\n{_elastic(plate)}\ncritical_slope = {RUBS:g}\n'
-        f"cohesion = {COHESION:g}\nhardening = 1.0\n"
-        f"p0 = {mechanics.tensile_strength(plate.density) / TENSION:.4g}" for n, plate in enumerate(plates, 1))
-
-
-def release_scene(column: Column, law: WeakLaw, name: str, about: str) -> str:
-    """Text of the scene of a release on a plane slope of the column's angle, in 3-D: a weak layer between firm snow
-    above and at both sides, which a saw cuts across, TEARS times as long as the slab needs to tear off.
-
-    column: `of_release`; law: of its weak layer with M = RUBS. Raises InputError for an angle on which no slab slides.
-    """
-    if column.angle < GENTLE or not math.isfinite(tearing_length(column)):
-        raise InputError(f"no release on {column.angle:g} degrees: a slab slides from about {GENTLE:g} degrees on;"
-                         " --slope gives the angle of a slope nearby")
-    dx, D, t = cell_of_release(column), column.thickness, column.weak.thickness
-    tan, long = math.tan(math.radians(column.angle)), max(16.0, TEARS * tearing_length(column) / D)
-    wide = max(10.0, 0.7 * long)
-
-    def of(*lengths):
-        return "[" + ", ".join(f"{D * length:.4g}" for length in lengths) + "]"
-
-    def body(name, material, bottom, top, x, y, points=""):
-        return (f'[[bodies]]\nname = "{name}"\nmaterial = "{material}"\n{points}shape = {{ kind = "layer", bottom = '
-                f"{bottom:.4g}, top = {top:.4g}, region = {{ x = {of(*x)}, y = {of(*y)} }} }}")
-
-    interface = f"interface = {POINTS['release']}\n"
-    foot = 10.0 + long
-    bodies = [body("weak_layer", "weak_layer", 0.0, t, (10, foot), (5, 5 + wide), interface),
-              body("firm_above", "firm", 0.0, t, (7, 10), (3, 7 + wide), interface),
-              body("firm_left", "firm", 0.0, t, (10, foot), (3, 5), interface),
-              body("firm_right", "firm", 0.0, t, (10, foot), (5 + wide, 7 + wide), interface)]
-    bottom = t
-    for n, plate in enumerate(column.plates, 1):
-        bodies.append(body(f"slab_{n}", f"slab_{n}", bottom, bottom + plate.thickness, (7, foot), (3, 7 + wide)))
-        bottom += plate.thickness
-    flat, ends = 2.0 * foot + 10.0, 3.0 * foot + 30.0
-    high, cut = flat * tan, 10.0 + 0.5 * long
-    end = 2.0 * math.sqrt(D / 0.5)
-    return f"""# Slab release of a snow profile: {shown_line(about, 100)}
-#
-{_header(column, law, column.plates)}
-# Moduli are at most {1e-6 * STIFFEST:g} MPa. Beside the weak layer, above and at both sides, lies firm snow (chosen); a
-# saw cuts the weak layer across the slope.
-name = {_quoted(name)}
-dimension = 3
-end_time = {end:.2g}
-
-[output]
-interval = {0.1 * end:.2g}
-fields = ["velocity", "density", "material", "damage"]
-
-[solver]
-dx = {dx:g}
-particles_per_cell = 4
-transfer = "aflip"
-flip_ratio = 0.99
-
-[domain]
-min = {of(0, 0, -2)}
-max = {of(ends, 10 + wide, high + 5)}
-
-[terrain]
-kind = "profile"
-points = [{of(0, high)}, {of(flat, 0)}, {of(ends, 0)}]
-fillet = {20 * D:.3g}
-contact = "separate"
-friction = {RUBS / math.sqrt(3.0):.2g}
-
-{slab_laws(column.plates)}
-
-{weak_table(column, law)}
-
-[materials.firm]
-kind = "cohesive_cam_clay"
-density = 300.0
-youngs_modulus = {column.weak.youngs_modulus:.4g}
-poisson_ratio = 0.3
-critical_slope = 1.5
-cohesion = 1.0
-hardening = 1.0
-p0 = 1.0e5
-
-{chr(10).join(one + chr(10) for one in bodies)}
-[[events]]
-kind = "cut"
-body = "weak_layer"
-start = 0.1
-speed = {2 * wide * D:.3g}
-width = {4 * D:.3g}
-path = [{of(cut, 6, (flat - cut) * tan)}, {of(cut, 4 + wide, (flat - cut) * tan)}]
 
 [initial]
 stress = "settle"
@@ -276,7 +143,7 @@ def _joined(first, second):
     return Plate(total, mean("density"), mean("youngs_modulus"), first.source)
 
 
-def _header(column, law, plates):
+def header(column, law, plates):
     source = mechanics.MODULI[column.law][0]
     lines = [
         f"Slab of {100 * column.thickness:.0f} cm normal to the slope, {column.density:.0f} kg/m3 in the mean, in"
@@ -304,7 +171,7 @@ def weak_table(column: Column, law: WeakLaw) -> str:
             f"p0 = {law.p0:.4g}\nsoftening = {law.softening:.4g}")
 
 
-def _elastic(plate):
+def elastic(plate):
     return (f"density = {plate.density:.4g}\nyoungs_modulus = {plate.youngs_modulus:.4g}\n"
             f"poisson_ratio = {plate.poisson_ratio:g}")
 
@@ -321,10 +188,10 @@ def _or_zero(value):
     return value if math.isfinite(value) else 0.0
 
 
-def _rounded(length):
+def rounded(length):
     """To two digits."""
     return float(f"{length:.2g}")
 
 
-def _quoted(text):
+def quoted(text):
     return '"' + "".join(c if c.isprintable() and c not in '"\\' else "_" for c in text) + '"'

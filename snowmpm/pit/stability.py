@@ -65,7 +65,7 @@ class Stability:
 
     @property
     def dominant(self) -> tuple[str, float] | None:
-        """(input, share) that the critical length hangs on most, by the last theory that tells."""
+        """(input, share) that the critical length depends on most, by the last theory that tells."""
         for one in reversed(self.lengths):
             if one.shares:
                 k = int(np.argmax(one.shares))

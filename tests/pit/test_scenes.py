@@ -7,7 +7,7 @@ import pytest
 
 from snowmpm import Simulation, load_scene
 from snowmpm.errors import InputError
-from snowmpm.pit import mechanics, scenes
+from snowmpm.pit import mechanics, release_scenes, scenes
 from snowmpm.pit.column import Plate, column_of
 from snowmpm.pit.reader import read_profile
 from snowmpm.pit.weak_layers import candidates
@@ -28,7 +28,7 @@ def _written(tmp_path, text):
     return load_scene(path)
 
 
-@pytest.mark.parametrize(("slope", "energy"), [(scenes.SLOPE, 0.56), (scenes.RUBS, 0.56), (scenes.SLOPE, 0.2)])
+@pytest.mark.parametrize(("slope", "energy"), [(scenes.SLOPE, 0.56), (release_scenes.RUBS, 0.56), (scenes.SLOPE, 0.2)])
 def test_the_law_has_the_strength_and_the_energy(column, slope, energy):
     column = replace(column, weak=replace(column.weak, strength=1500.0, energy=energy, youngs_modulus=1e6))
     law = scenes.weak_law(column, slope)
@@ -67,9 +67,9 @@ def test_the_slab_tears_at_its_tensile_strength():
     """p0 of a material of the slab, from the yield surface in uniaxial tension."""
     from snowmpm.materials import CohesiveCamClay
 
-    p0 = mechanics.tensile_strength(250.0) / scenes.TENSION
+    p0 = mechanics.tensile_strength(250.0) / release_scenes.TENSION
     law = CohesiveCamClay(kind="cohesive_cam_clay", density=250.0, youngs_modulus=2e6, poisson_ratio=0.25,
-                          critical_slope=scenes.RUBS, cohesion=scenes.COHESION, hardening=1.0, p0=p0)
+                          critical_slope=release_scenes.RUBS, cohesion=scenes.COHESION, hardening=1.0, p0=p0)
     pulled = [[mechanics.tensile_strength(250.0), 0, 0], [0, 0, 0], [0, 0, 0]]
     import numpy as np
 
@@ -79,21 +79,23 @@ def test_the_slab_tears_at_its_tensile_strength():
 
 
 def test_the_release_is_large_enough_to_tear(column, tmp_path):
-    soft = scenes.of_release(column)
-    scene = _written(tmp_path, scenes.release_scene(soft, scenes.weak_law(soft, scenes.RUBS), "release", "here"))
+    soft = release_scenes.of_release(column)
+    law = scenes.weak_law(soft, release_scenes.RUBS)
+    scene = _written(tmp_path, release_scenes.release_on_plane(soft, law, "release", "here"))
     weak = next(body for body in scene.bodies if body.name == "weak_layer")
-    low, high = weak.shape.region.x
+    corners = [corner[0] for corner in weak.shape.region.polygon]
+    low, high = min(corners), max(corners)
     sigma, tau = soft.stresses
-    drive = (tau - scenes.RUBS / math.sqrt(3.0) * sigma) * (high - low)
+    drive = (tau - release_scenes.RUBS / math.sqrt(3.0) * sigma) * (high - low)
     holds = sum(mechanics.tensile_strength(plate.density) * plate.thickness for plate in soft.plates)
     assert drive > 2.0 * holds
-    assert max(law.youngs_modulus for law in scene.materials.values()) <= scenes.STIFFEST
+    assert max(law.youngs_modulus for law in scene.materials.values()) <= release_scenes.STIFFEST
 
 
 def test_no_release_where_nothing_slides(column):
-    flat = scenes.of_release(replace(column, angle=20.0))
+    flat = release_scenes.of_release(replace(column, angle=20.0))
     with pytest.raises(InputError, match="no release on 20 degrees"):
-        scenes.release_scene(flat, scenes.weak_law(flat, scenes.RUBS), "release", "here")
+        release_scenes.release_on_plane(flat, scenes.weak_law(flat, release_scenes.RUBS), "release", "here")
 
 
 def test_a_name_from_a_file_writes_no_scene(column, tmp_path):
