@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from snowmpm.annotations import PathLike
-from snowmpm.pit.codes import hardness_code, is_crust, main_class
+from snowmpm.quantities.snow_codes import hardness_code, is_crust, main_class
 from snowmpm.render.figure import INK, check_ending, plain, save
 
 COLOURS = {"PP": "#00ff00", "MM": "#ffd700", "DF": "#228b22", "RG": "#ffb6c1", "FC": "#add8e6", "DH": "#0000ff",

@@ -76,10 +76,12 @@ MAY_IMPORT = {
                   "render", "events", "runout"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "runout": {*GROUND, "components", "compiler", "ground", "depth", "setup", "io", "gis"},
+    "pit": {*GROUND, "scenes", "materials", "saw_test", "terrain", "setup", "io", "gis", "render", "campaigns"},
     "ladder": {*GROUND, "components", "compiler", "stepping", "scenes", "saw_test", "setup", "handover", "running",
                "terrain", "io", "measured", "study", "advice", "comparison", "strength", "runout", "render"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "measured", "study",
-            "advice", "ladder", "campaigns", "micro", "strength", "events", "runout"},
+            "advice", "ladder", "campaigns", "micro", "strength", "events", "runout",
+            "pit"},
 }
 DOOR = "snowmpm.compiler.backend"
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}

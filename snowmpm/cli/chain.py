@@ -40,7 +40,7 @@ def chain(
 
     from snowmpm.cli.maps import Files
     from snowmpm.cli.maps import maps as write_maps
-    from snowmpm.cli.profile import _chosen
+    from snowmpm.cli.profile import chosen
     from snowmpm.cli.run import start_taichi
     from snowmpm.pit import chain as steps
     from snowmpm.pit.chain_report import write_report
@@ -66,7 +66,7 @@ def chain(
         if not quiet:
             print(text, file=sys.stderr, flush=True)
 
-    done = steps.begin(read, found, _chosen(read, found, layer), terrain, place, folder, modulus, size)
+    done = steps.begin(read, found, chosen(read, found, layer), terrain, place, folder, modulus, size)
     picture = render_pit(read, folder / "profile.png", weak=done.index)
     steps.release_of(done, say)
     if done.released is not None:

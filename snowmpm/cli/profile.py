@@ -80,7 +80,7 @@ def _one(file, output, depth, slope, modulus, time, quiet, as_json):
     overwriting.reads(file)
     read = read_profile(file, time)
     found = candidates(read)
-    index = _chosen(read, found, depth)
+    index = chosen(read, found, depth)
     folder = output or Path("runs") / f"{file.stem}_profile"
     overwriting.guard_in(folder, ("profile.png", "stability.json", "saw_test.toml", "slab_release.toml"))
     column = column_of(read, index, slope, modulus)
@@ -99,7 +99,7 @@ def _one(file, output, depth, slope, modulus, time, quiet, as_json):
             print(f"not written: {line}")
 
 
-def _chosen(read, found, depth):
+def chosen(read, found, depth):
     """Index of the weak layer."""
     if depth is not None:
         index = read.index_at(0.01 * depth)

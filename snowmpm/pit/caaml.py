@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 from snowmpm.errors import InputError, shown_line
-from snowmpm.pit.codes import hardness_index
 from snowmpm.pit.profile import Layer, SnowProfile, StabilityTest, checked
+from snowmpm.quantities.snow_codes import hardness_index
 from snowmpm.reading.xml_file import read_xml
 
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
@@ -69,7 +69,7 @@ class _Values:
     """Numbers of a file, with units; messages name the file and what was read."""
 
     def __init__(self, path):
-        self._path, self.notes = path, []
+        self.path, self.notes = path, []
 
     def number(self, element: Any, what: str) -> float | None:
         text = _text(element)
@@ -80,7 +80,7 @@ class _Values:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise InputError(f"{self._path}: {what} = {shown_line(text, 40)!r}: must be a number")
+            raise InputError(f"{self.path}: {what} = {shown_line(text, 40)!r}: must be a number")
         return value
 
     def measure(self, element: Any, units: dict[str, float], what: str, unit: str = "") -> float | None:
@@ -88,7 +88,7 @@ class _Values:
         value = self.number(element, what)
         unit = _unit(element) or unit or next(iter(units))
         if value is not None and unit not in units:
-            raise InputError(f"{self._path}: {what}: uom = {shown_line(unit, 20)!r}: must be one of {', '.join(units)}")
+            raise InputError(f"{self.path}: {what}: uom = {shown_line(unit, 20)!r}: must be one of {', '.join(units)}")
         return None if value is None else value * units[unit]
 
     def length(self, element: Any, what: str) -> float | None:
@@ -100,7 +100,7 @@ def _layer(found, element, n):
     top, thickness = (found.length(element.find(f"./{key}"), f"{what}: {key}") for key in ("depthTop", "thickness"))
     if top is None or thickness is None:
         missing = "depthTop" if top is None else "thickness"
-        raise InputError(f"{found._path}: {what}: {missing} is missing")
+        raise InputError(f"{found.path}: {what}: {missing} is missing")
     hardness = [_text(element.find(f"./{key}")) for key in ("hardness", "hardnessTop", "hardnessBottom")]
     codes = [hardness_index(text) for text in hardness]
     for text, code in zip(hardness, codes, strict=True):

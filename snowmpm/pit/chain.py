@@ -110,7 +110,7 @@ class Chain:
 
 def slope_at(file: Path, place: Any, width: float) -> Slope:
     """`Slope` of a terrain at a place in map coordinates [m]. Raises InputError where the terrain does not know it."""
-    surface, kind = first_scene._load(file, None)
+    surface, kind = first_scene.load_ground(file)
     if kind != "dem":
         raise InputError(f"--terrain {file}: must be an elevation raster, .asc or .tif: maps are made on it")
     place = np.asarray(place, float)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from snowmpm.errors import InputError
 from snowmpm.pit import mechanics
-from snowmpm.pit.codes import main_class
 from snowmpm.pit.profile import Layer, SnowProfile
+from snowmpm.quantities.snow_codes import main_class
 from snowmpm.saw_test.theory import GRAVITY, Slab
 
 THICKEST = 0.05

@@ -7,8 +7,8 @@ decide. What is computed from a profile names its law, and takes the scatter alo
 
 import math
 
-from snowmpm.pit.codes import is_crust, main_class
 from snowmpm.pit.profile import ICE_DENSITY, LIGHTEST, Layer
+from snowmpm.quantities.snow_codes import is_crust, main_class
 
 BY_HARDNESS = {
     "PP": (45.0, 36.0), "PPgp": (83.0, 37.0), "DF": (65.0, 36.0), "RGxf": (91.0, 42.0), "FC": (112.0, 46.0),
@@ -25,8 +25,8 @@ between the limits for index 2 and 3 of Monti et al. (2014), doi:10.1016/j.coldr
 IF and MM chosen."""
 DENSITY_SCATTER = {"hardness": 0.35, "form": 0.41, "measured": 0.05}
 """Standard deviation of the logarithm of a density, by where it is from. hardness, form: of 747 and 1477 layers of
-public pits that have a measured density as well (docs/snow_pits.md), by the median deviation, as some have slips of the
-pen; measured: of density cutters, Proksch et al. (2016), doi:10.5194/tc-10-371-2016."""
+public pits that have a measured density as well (`snowmpm docs snow_pits`), by the median deviation, as some have slips
+of the pen; measured: of density cutters, Proksch et al. (2016), doi:10.5194/tc-10-371-2016."""
 
 POISSON_RATIO = 0.25
 """As WEAC has it."""

@@ -2,9 +2,9 @@
 
 from dataclasses import asdict
 
-from snowmpm.pit.codes import hardness_code, words
 from snowmpm.pit.mechanics import MODULI, density
 from snowmpm.pit.stability import INPUTS, INTERVAL
+from snowmpm.quantities.snow_codes import hardness_code, words
 
 NAMES = {"strength": "strength (SNOWPACK)", "energy": "energy, rigid layer", "weac": "energy, WEAC"}
 MOST_CANDIDATES = 4

@@ -12,7 +12,8 @@ import numpy as np
 from snowmpm.errors import InputError, shown_line
 from snowmpm.pit import mechanics
 from snowmpm.pit.column import Column
-from snowmpm.pit.scenes import COHESION, WeakLaw, elastic, header, merged, quoted, rounded, weak_table
+from snowmpm.pit.scenes import COHESION, WeakLaw, elastic, header, merged, rounded, weak_table
+from snowmpm.scenes.starts import quoted
 
 RUBS = 0.8
 """M of the slab and of the weak layer of a release: a crushed layer rubs as M / sqrt(3) = 0.46, 25 degrees."""

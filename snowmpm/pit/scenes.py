@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from snowmpm.errors import InputError, shown_line
 from snowmpm.pit import mechanics
 from snowmpm.pit.column import Column, Plate
+from snowmpm.scenes.starts import quoted
 
 SLOPE, COHESION, HARDENING = 1.2, 0.3, 0.15
 """M, beta and xi of the weak layer's law in a saw test: chosen; crushed it rubs as M / sqrt(3) = 0.69, 35 degrees."""
@@ -144,6 +145,7 @@ def _joined(first, second):
 
 
 def header(column, law, plates):
+    """Comment lines of a scene: slab, weak layer, and what is assumed."""
     source = mechanics.MODULI[column.law][0]
     lines = [
         f"Slab of {100 * column.thickness:.0f} cm normal to the slope, {column.density:.0f} kg/m3 in the mean, in"
@@ -172,6 +174,7 @@ def weak_table(column: Column, law: WeakLaw) -> str:
 
 
 def elastic(plate):
+    """Keys of the density and the moduli of a material."""
     return (f"density = {plate.density:.4g}\nyoungs_modulus = {plate.youngs_modulus:.4g}\n"
             f"poisson_ratio = {plate.poisson_ratio:g}")
 
@@ -192,6 +195,3 @@ def rounded(length):
     """To two digits."""
     return float(f"{length:.2g}")
 
-
-def quoted(text):
-    return '"' + "".join(c if c.isprintable() and c not in '"\\' else "_" for c in text) + '"'

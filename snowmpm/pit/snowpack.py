@@ -8,8 +8,8 @@ type one more, of the surface; so values are taken from the top.
 import math
 
 from snowmpm.errors import InputError, shown_line
-from snowmpm.pit.codes import of_swiss
 from snowmpm.pit.profile import Layer, SnowProfile, StabilityTest, checked
+from snowmpm.quantities.snow_codes import of_swiss
 from snowmpm.reading import budget as read_budget
 
 HEIGHT, DENSITY, TEMPERATURE, SIZE, GRAIN, HAND, CUT = "0501", "0502", "0503", "0512", "0513", "0534", "0606"

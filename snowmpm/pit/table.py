@@ -16,8 +16,8 @@ import re
 
 from snowmpm.errors import InputError, did_you_mean, shown_line
 from snowmpm.pit.caaml import DENSITIES, LENGTHS, SIZES
-from snowmpm.pit.codes import hardness_index, main_class
 from snowmpm.pit.profile import Layer, SnowProfile, StabilityTest, checked
+from snowmpm.quantities.snow_codes import hardness_index, main_class
 
 COLUMNS = {"top": LENGTHS, "bottom": LENGTHS, "thickness": LENGTHS, "size": SIZES, "density": DENSITIES, "form": None,
            "second_form": None, "hardness": None, "moisture": None, "comment": None}

@@ -8,8 +8,8 @@ difference of size and one of hardness to a neighbour, and a top no deeper than 
 
 from dataclasses import dataclass
 
-from snowmpm.pit.codes import PERSISTENT, hardness_code, is_crust, main_class, words
 from snowmpm.pit.profile import Layer, SnowProfile
+from snowmpm.quantities.snow_codes import PERSISTENT, hardness_code, is_crust, main_class, words
 
 OBSERVED, MODELLED = (1.3, 1.25, 1.7, 0.75), (2.0, 0.6, 1.0, 0.4)
 """Largest hardness, least size [mm], least difference of hardness, and of size: [mm] observed, as a share modelled."""

@@ -38,7 +38,7 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
     elevations, "m", "ft" or "us-ft", or None for what the file says; in_plan: whether the flow is
     depth-averaged. Raises InputError for a file that cannot be used.
     """
-    surface, kind = _load(ground, unit)
+    surface, kind = load_ground(ground, unit)
     extent = surface.upper - surface.lower
     words = f"{extent[0]:.4g} m by {extent[1]:.4g} m in plan, {extent[2]:.4g} m high"
     own, assumed = None, ""  # thickness that the release's file gives
@@ -165,7 +165,9 @@ def _place(surface):
     return np.array([x, y, surface.height(np.array([[x, y]]))[0]])
 
 
-def _load(ground, unit):
+def load_ground(ground, unit=None):
+    """(`TerrainSurface`, "mesh" or "dem") of a file. unit: of a raster's elevations. InputError: no such file, or kind.
+    """
     kind = {**dict.fromkeys(MESHES, "mesh"), **dict.fromkeys(RASTERS, "dem")}.get(ground.suffix.lower())
     if kind is None:
         raise InputError(f"--terrain {ground}: must end in {', '.join(MESHES)} (a mesh), .asc or .tif (a raster)")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError
-from snowmpm.pit.codes import hardness_code, hardness_index, of_swiss
 from snowmpm.pit.penetrometer import _densities, read_force
 from snowmpm.pit.reader import read_profile
+from snowmpm.quantities.snow_codes import hardness_code, hardness_index, of_swiss
 from tests.support.snow_pits import CSV, LAYERS, PRO, caaml, pnt, write
 
 

@@ -11,8 +11,10 @@ from tests.support.snow_pits import PRO, caaml, write
 
 
 @pytest.fixture
-def pits(tmp_path):
-    """A folder of six profiles, of which two cannot tell."""
+def pits(tmp_path, monkeypatch):
+    """A folder of six profiles, of which two cannot tell; few columns for their intervals, as they take most of the
+    time."""
+    monkeypatch.setattr(batch, "SAMPLES", 16)
     folder = tmp_path / "pits"
     (folder / "winter").mkdir(parents=True)
     for name in ("pit.xml", "pit.pro", "pit.csv"):
@@ -141,6 +143,7 @@ def test_a_killed_line_does_not_swallow_the_next(pits, tmp_path):
     assert len((target / "results.jsonl").read_text().splitlines()) == 6
 
 
+@pytest.mark.slow
 def test_workers_find_the_same(pits, tmp_path):
     pytest.importorskip("distributed")
     alone = batch.run(pits, tmp_path / "alone", workers=1, quiet=True)
