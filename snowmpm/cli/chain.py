@@ -1,5 +1,6 @@
 """`snowmpm chain`: from a snow pit to hazard maps, in one command."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -60,13 +61,17 @@ def chain(
     found = candidates(read)
     folder = output or Path("runs") / f"{pit.stem}_chain"
     overwriting.guard_in(folder, steps.NAMES)
+    for name in steps.FOLDERS:
+        if (folder / name).is_symlink():
+            raise InputError(f"{folder / name}: a link to elsewhere: nothing is written there")
     start_taichi(Backend.cpu, threads)
 
     def say(text):
         if not quiet:
             print(text, file=sys.stderr, flush=True)
 
-    done = steps.begin(read, found, chosen(read, found, layer), terrain, place, folder, modulus, size)
+    index, fails = chosen(read, found, layer)
+    done = steps.begin(read, found, index, terrain, place, folder, modulus, size, fails)
     picture = render_pit(read, folder / "profile.png", weak=done.index)
     steps.release_of(done, say)
     if done.released is not None:
@@ -88,7 +93,9 @@ def _place(text):
     try:
         x, y = map(float, text.split(","))
     except ValueError:
-        raise InputError.at("--at", text, "must be X,Y, as 600180,200260") from None
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError.at("--at", text, "must be X,Y, as 600180,200260")
     return x, y
 
 
@@ -97,13 +104,9 @@ def _told(done):
         yield f"the slab did not go: {done.why}; no flow was computed"
         return
     release, numbers = done.released, done.base
-    yield (f"release: {release.area:.0f} m2, {release.thickness:.2f} m thick, {release.volume:.0f} m3, on"
-           f" {done.slope.angle:.0f} degrees")
+    yield from (f"warning: {text}" for text in done.notes)
+    yield (f"release of the assumed square: {release.area:.0f} m2, {release.thickness:.2f} m thick,"
+           f" {release.volume:.0f} m3, on {done.slope.angle:.0f} degrees")
     if numbers.get("runout") is not None:
         yield f"run-out: {numbers['runout']:.0f} m; largest speed {numbers['largest_flow_speed']:.0f} m/s"
-    if done.dominant is not None:
-        step, low, high = done.dominant
-        yield f"the run-out depends most on {step}: {low:+.0f} to {high:+.0f} m"
-    if done.stability.dominant:
-        name, share = done.stability.dominant
-        yield f"the critical cut length depends most on {name}: {100 * share:.0f} % of its variance"
+    yield from done.dependence()

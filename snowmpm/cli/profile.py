@@ -20,7 +20,7 @@ LayerAt = Annotated[
     typer.Option("--layer", metavar="CM", help="Depth [cm] of the weak layer; the likeliest candidate by default."),
 ]
 Slope = Annotated[
-    float | None, typer.Option(metavar="DEG", help="Angle of the slope, in place of the file's.", min=0.0, max=70.0)
+    float | None, typer.Option(metavar="DEG", help="Angle of the slope, in place of the file's.")
 ]
 Modulus = Annotated[str, typer.Option(metavar="LAW", help="Of the moduli: bergfeld, scapozza, gerling, van_herwijnen.")]
 Time = Annotated[
@@ -57,6 +57,8 @@ def profile(
 
     if modulus not in MODULI:
         raise InputError.not_in("--modulus", modulus, MODULI)
+    if slope is not None and not 0.0 <= slope <= 70.0:
+        raise InputError.at("--slope", slope, "must be from 0 to 70 degrees")
     if every:
         if layer is not None or time is not None:
             raise InputError(f"{'--layer' if layer is not None else '--time'}: goes with one profile, not with --all")
@@ -69,75 +71,78 @@ def profile(
 
 
 def _one(file, output, depth, slope, modulus, time, quiet, as_json):
+    import json
+
+    from snowmpm.draft import write_text
     from snowmpm.pit import record
     from snowmpm.pit.column import column_of
     from snowmpm.pit.reader import read_profile
     from snowmpm.pit.stability import stability_of
     from snowmpm.pit.weak_layers import candidates
+    from snowmpm.render.pit_plot import render_pit
 
     if file.is_dir():
         raise InputError(f"{file}: a folder: --all takes every profile in it")
     overwriting.reads(file)
     read = read_profile(file, time)
     found = candidates(read)
-    index = chosen(read, found, depth)
     folder = output or Path("runs") / f"{file.stem}_profile"
     overwriting.guard_in(folder, ("profile.png", "stability.json", "saw_test.toml", "slab_release.toml"))
-    column = column_of(read, index, slope, modulus)
-    stability = stability_of(column)
-    values = record.record_of(read, found, index, column, stability)
-    written, refused = _write(read, folder, index, column, stability, values)
+    index, fails, lines, refused = None, None, [*record.layers_told(read, found)], []
+    if depth is None and not found:
+        values = record.profile_record(read, found)
+        made = []
+    else:
+        index, fails = chosen(read, found, depth)
+        column = column_of(read, index, slope, modulus, fails)
+        stability = stability_of(column)
+        values = record.record_of(read, found, index, column, stability)
+        lines = [*record.told(read, found, index, column, stability)]
+        made, refused = _scenes(read, column, stability)
+    written = [render_pit(read, folder / "profile.png", weak=index),
+               write_text(folder / "stability.json", json.dumps(values, indent=1, ensure_ascii=False) + "\n"),
+               *(write_text(folder / name, text) for name, text in made)]
     if as_json:
         print_json({**values, "written": [str(path) for path in written], "refused": refused})
         return
     for path in () if quiet else written:
         print(path)
-    if not quiet:
-        for line in record.told(read, found, index, column, stability):
-            print(line)
-        for line in refused:
-            print(f"not written: {line}")
+    for line in () if quiet else (*lines, *(f"not written: {one}" for one in refused)):
+        print(line)
 
 
 def chosen(read, found, depth):
-    """Index of the weak layer."""
+    """(index of the weak layer, depth [m] at which it fails). depth: that a user gives [cm], or None."""
     if depth is not None:
-        index = read.index_at(0.01 * depth)
-        if index is None or index == 0:
+        index = read.index_at(0.01 * depth, marked=False)
+        if not index:
             top = 100 * read.layers[0].bottom
             raise InputError.at("--layer", depth, f"must be from {top:.4g} to below {100 * read.depth:.4g} cm: below"
                                                   " the layer at the surface, within the profile")
-        return index
+        return index, read.layers[index].top
     if not found:
-        raise InputError(f"{read.source}: no candidate for the weak layer: no test, no mark, no persistent grains;"
-                         " --layer CM names one")
-    return found[0].index
+        raise InputError(f"{read.source}: no candidate for the weak layer: no test failed, nothing is marked, no"
+                         " persistent grains; --layer CM names one")
+    return found[0].index, found[0].depth
 
 
-def _write(read, folder, index, column, stability, values):
-    """Paths, and what could not be written and why."""
-    import json
-
+def _scenes(read, column, stability):
+    """[(name, text)] of the scenes, and why one is not made."""
     from snowmpm.cli.options import Backend
     from snowmpm.cli.run import start_taichi
-    from snowmpm.draft import write_text
     from snowmpm.pit import release_scenes, scenes
-    from snowmpm.render.pit_plot import render_pit
 
-    written, refused = [render_pit(read, folder / "profile.png", weak=index)], []
-    written.append(write_text(folder / "stability.json", json.dumps(values, indent=1, ensure_ascii=False) + "\n"))
+    made, refused = [], []
     start_taichi(Backend.cpu, None)
     try:
         law = scenes.weak_law(column)
-        expected = next((one.value for one in reversed(stability.lengths) if one.value), None)
-        written.append(write_text(folder / "saw_test.toml",
-                                  scenes.saw_test_scene(column, law, "saw_test", read.name, expected)))
+        made.append(("saw_test.toml", scenes.saw_test_scene(column, law, "saw_test", read.name, stability.expected)))
         soft = release_scenes.of_release(column)
-        written.append(write_text(folder / "slab_release.toml", release_scenes.release_on_plane(
+        made.append(("slab_release.toml", release_scenes.release_on_plane(
             soft, scenes.weak_law(soft, release_scenes.RUBS), "slab_release", read.name)))
     except InputError as error:
         refused.append(str(error))
-    return written, refused
+    return made, refused
 
 
 def _all(folder, output, slope, modulus, quiet, as_json, **how):

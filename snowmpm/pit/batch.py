@@ -22,21 +22,25 @@ from snowmpm.pit.column import column_of
 from snowmpm.pit.profile import SnowProfile
 from snowmpm.pit.reader import READERS, read_profile
 from snowmpm.pit.record import NAMES
-from snowmpm.pit.stability import stability_of
+from snowmpm.pit.stability import SAMPLES, stability_of
 from snowmpm.pit.weak_layers import candidates
+from snowmpm.reading.limited import read_limited, read_text_limited
 
-SAMPLES = 64
-"""Columns of the intervals of each profile."""
 FEW = 40
 """Profiles that this process does by itself: workers take longer to start."""
 NEAR_END = 0.8
 """Cut over column beyond which the end of the column counts."""
 FACTOR = 1.5
 RESULTS, TABLE, PICTURE, SUMMARY = "results.jsonl", "profiles.csv", "profiles.png", "summary.json"
-COLUMNS = ("file", "name", "time", "latitude", "longitude", "slope_angle_deg", "weak_layer_depth_m", "weak_layer_form",
+MOST_BYTES = 1 << 30
+"""Of a profile's file, whose digest is taken."""
+MOST_RESULTS = 256 << 20
+TEXTS = ("file", "name", "time", "slope_from", "weak_layer_form", "test", "cannot")
+COLUMNS = ("file", "name", "time", "latitude", "longitude", "slope_angle_deg", "slope_from", "weak_layer_depth_m",
+           "weak_layer_form",
            "slab_m", "slab_kg_m3", "normal_Pa", "shear_Pa",
-           *(f"{name}{end}_m" for name in NAMES for end in ("", "_low", "_high")), "test", "cut_m", "column_m",
-           "cannot")
+           *(f"{name}{end}_m" for name in NAMES for end in ("", "_low", "_high")), "test", "test_depth_m",
+           "cut_m", "column_m", "cannot")
 
 
 @dataclass
@@ -54,8 +58,10 @@ def run(folder, target, slope=None, modulus="bergfeld", resume=False, workers=No
     slope, modulus: as `column_of` takes them, for all; workers: processes. Raises InputError for a folder without
     profiles, and for results that --resume does not know.
     """
-    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in READERS and path.is_file()
-                   and target.resolve() not in path.resolve().parents)
+    inside, own = folder.resolve(), target.resolve()
+    files = sorted(path for path in folder.rglob("*")
+                   if path.suffix.lower() in READERS and inside in (real := path.resolve()).parents  # no link elsewhere
+                   and (own == inside or own not in real.parents))
     if not files:
         raise InputError(f"{folder}: no profiles in it: files that end in {', '.join(READERS)}")
     for path in files:
@@ -69,8 +75,15 @@ def run(folder, target, slope=None, modulus="bergfeld", resume=False, workers=No
     known = _known(results) if resume else {}
     write_text(results, "".join(map(_line, known.items())))  # without a line that a kill cut off
     overwriting.note_changing(results)
-    digests = {job[0]: digest(job) for job in jobs}
-    todo = [job for job in jobs if digests[job[0]] not in known]
+    digests, todo, unread = {}, [], {}
+    for job in jobs:
+        try:
+            digests[job[0]] = digest(job)
+        except (OSError, InputError) as error:
+            unread[job[0]] = [_cannot(job[0], error)]
+            continue
+        if digests[job[0]] not in known:
+            todo.append(job)
     with results.open("a", encoding="utf-8") as file:
         for n, (path, rows) in enumerate(_done(todo, workers, scheduler), 1):
             known[digests[path]] = rows
@@ -78,18 +91,18 @@ def run(folder, target, slope=None, modulus="bergfeld", resume=False, workers=No
             file.flush()
             if not quiet and n % 50 == 0:
                 print(f"{n} of {len(todo)} profiles", file=sys.stderr)
-    return _written(folder, target, [row for path in files for row in known[digests[str(path)]]])
+    return _written(folder, target, [row for path, *_ in jobs for row in unread.get(path) or known[digests[path]]])
 
 
 def _line(known):
     digest, rows = known
-    return json.dumps({"digest": digest, "rows": rows}) + "\n"
+    return json.dumps({"digest": digest, "rows": rows}, allow_nan=False) + "\n"
 
 
 def digest(job):
     """Of a profile's content and what is done with it."""
     path, *settings = job
-    content = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    content = hashlib.sha256(read_limited(path, MOST_BYTES)).hexdigest()
     return hashlib.sha256(json.dumps([path, content, SAMPLES, *settings]).encode()).hexdigest()
 
 
@@ -101,8 +114,14 @@ def rows_of(job):
             warnings.simplefilter("ignore")
             profile = read_profile(path)
             return path, list(_rows(profile, slope, modulus))
-    except InputError as error:
-        return path, [{"file": path, "cannot": shown_line(str(error).removeprefix(f"{path}: "), 300)}]
+    except Exception as error:  # whatever one file does, the others go on
+        return path, [_cannot(path, error)]
+
+
+def _cannot(path, error):
+    said = str(error).removeprefix(f"{path}: ") if isinstance(error, InputError) else (
+        f"cannot be read: {getattr(error, 'strerror', None) or f'{type(error).__name__}: {error}'}")
+    return {"file": path, "cannot": shown_line(said, 300)}
 
 
 def _rows(profile: SnowProfile, slope, modulus):
@@ -115,25 +134,25 @@ def _rows(profile: SnowProfile, slope, modulus):
         return
     done = {}
     for test in tests or [None]:
-        said = {} if test is None else {"test": test.result, "cut_m": test.cut, "column_m": test.column}
+        said = {} if test is None else {"test": f"{test.kind} {test.result}", "test_depth_m": test.depth,
+                                        "cut_m": test.cut, "column_m": test.column}
         index = found[0].index if test is None else profile.index_at(test.depth)
-        if index is None:
-            yield {**about, **said, "cannot": f"the test at {100 * test.depth:g} cm lies below the profile"}
-            continue
+        depth = found[0].depth if test is None else test.depth
         try:
-            if index not in done:
-                done[index] = _of_layer(profile, index, slope, modulus)
-            yield {**about, **done[index], **said}
+            if (index, depth) not in done:
+                done[index, depth] = _of_layer(profile, index, slope, modulus, depth)
+            yield {**about, **done[index, depth], **said}
         except InputError as error:
             yield {**about, **said, "cannot": shown_line(str(error).removeprefix(f"{profile.source}: "), 300)}
 
 
-def _of_layer(profile, index, slope, modulus):
-    column = column_of(profile, index, slope, modulus)
+def _of_layer(profile, index, slope, modulus, depth):
+    column = column_of(profile, index, slope, modulus, depth)
     found = stability_of(column, SAMPLES)
     lengths = {f"{one.theory}{end}_m": value for one in found.lengths
                for end, value in (("", one.value), ("_low", one.low), ("_high", one.high))}
-    return {"slope_angle_deg": column.angle, "weak_layer_depth_m": profile.layers[index].top,
+    known = "--slope" if slope is not None else "file" if profile.slope_angle is not None else "assumed"
+    return {"slope_angle_deg": column.angle, "slope_from": known, "weak_layer_depth_m": depth,
             "weak_layer_form": profile.layers[index].form, "slab_m": column.thickness, "slab_kg_m3": column.density,
             "normal_Pa": found.normal, "shear_Pa": found.shear, **lengths}
 
@@ -155,20 +174,27 @@ def _done(jobs, workers, scheduler):
 def _known(results):
     """Rows by digest, of the lines that are whole."""
     known = {}
-    try:
-        lines = results.read_text(encoding="utf-8").splitlines() if results.exists() else []
-    except UnicodeDecodeError:
-        raise InputError(f"{results}: not written by this program") from None
+    lines = read_text_limited(results, MOST_RESULTS).splitlines() if results.exists() else []
     for n, line in enumerate(lines, 1):
         try:
             entry = json.loads(line)
-            known[str(entry["digest"])] = [{str(name): value for name, value in row.items() if name in COLUMNS}
-                                           for row in entry["rows"]]
-        except (ValueError, KeyError, TypeError, AttributeError):
+            known[str(entry["digest"])] = [_row(row) for row in entry["rows"]]
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             if n == len(lines):  # it was being written when the program was killed
                 continue
             raise InputError(f"{results}: line {n}: not written by this program") from None
     return known
+
+
+def _row(row):
+    """A row as this program writes it. Raises ValueError for any other."""
+    sound = "file" in row and all(
+        name in COLUMNS and (value is None or (isinstance(value, str) if name in TEXTS else
+                                               isinstance(value, int | float) and math.isfinite(value)))
+        for name, value in row.items())
+    if not sound or any((row.get(name) or 0.0) < 0.0 for name in ("cut_m", "column_m")):
+        raise ValueError(row)
+    return row
 
 
 def statistics(rows, near_end=False):
@@ -208,7 +234,7 @@ def _rank_correlation(first, second):
 def _written(folder, target, rows):
     from snowmpm.render.pit_plot import render_scatter
 
-    with draft(target / TABLE) as part, part.open("w", newline="", encoding="utf-8") as file:
+    with draft(target / TABLE) as part, part.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()
         table.writerows({name: _cell(row.get(name)) for name in COLUMNS} for row in rows)
@@ -229,7 +255,7 @@ def _written(folder, target, rows):
 
 
 def _told(found, cannot):
-    yield f"{found['profiles']} profiles, {found['rows']} rows; {found['cannot']} cannot tell:"
+    yield f"{found['profiles']} profiles, {found['rows']} rows, of which {found['cannot']} are not evaluated:"
     reasons: dict[str, int] = {}
     for row in cannot:
         reason = _kind_of(row["cannot"])
@@ -238,14 +264,14 @@ def _told(found, cannot):
         yield f"  {count}: {reason}"
     for key, words in (("ran_to_the_end", "saw tests that ran to the end"),
                        ("away_from_the_end", f"of them cut for less than {NEAR_END:g} of the column")):
-        yield f"{words}: theory over field"
+        yield f"{words}: computed over measured"
         yield (f"  {'':22} {'n':>5} {'median':>7} {'rank':>6} {f'within {FACTOR:g}':>10} {'in interval':>12}"
-               f" {'fails':>6}")
+               f" {'unstable':>9}")
         for theory, values in found[key].items():
             if values["n"]:
                 yield (f"  {NAMES[theory]:22} {values['n']:5} {_two(values['median_ratio']):>7}"
                        f" {_two(values['rank_correlation']):>6} {_percent(values['within_factor']):>10}"
-                       f" {_percent(values['within_interval']):>12} {values['fails_by_itself']:6}")
+                       f" {_percent(values['within_interval']):>12} {values['fails_by_itself']:9}")
 
 
 def _kind_of(reason):
@@ -255,7 +281,7 @@ def _kind_of(reason):
 
 
 def _cell(value):
-    if isinstance(value, str) and value[:1] in "=+-@\t":  # a spreadsheet would compute it
+    if isinstance(value, str) and value and value[0] in "=+-@\t\r":  # a spreadsheet would compute it
         return f"'{value}"
     return f"{value:.5g}" if isinstance(value, float) else "" if value is None else value
 

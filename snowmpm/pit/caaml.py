@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from snowmpm.errors import InputError, shown_line
-from snowmpm.pit.profile import Layer, SnowProfile, StabilityTest, checked
+from snowmpm.pit.profile import MOST_LAYERS, Layer, SnowProfile, StabilityTest, checked
 from snowmpm.quantities.snow_codes import hardness_index
 from snowmpm.reading.xml_file import read_xml
 
@@ -17,7 +17,6 @@ DENSITIES = {"kgm-3": 1.0, "kg/m3": 1.0, "kg m-3": 1.0, "gcm-3": 1000.0, "g/cm3"
 DEGREES = {"deg": 1.0, "degrees": 1.0, "rad": 180.0 / math.pi}
 CELSIUS = {"degC": 1.0, "C": 1.0}
 TESTS = {"PropSawTest": "PST", "ExtColumnTest": "ECT", "ComprTest": "CT", "RBlockTest": "RB"}
-MOST_LAYERS = 10_000
 
 
 def read_caaml(path):
@@ -26,12 +25,12 @@ def read_caaml(path):
     measured = root.find(".//SnowProfileMeasurements")
     if measured is None:
         raise InputError(f"{path}: no snow profile in CAAML: has no <SnowProfileMeasurements>")
-    if measured.get("dir", "top down") not in ("top down", "bottom up"):
+    if measured.get("dir", "top down") not in ("top down", "bottom up"):  # depthTop is from the surface in both
         raise InputError(f"{path}: dir = {measured.get('dir')!r}: must be \"top down\" or \"bottom up\"")
     found = _Values(path)
     strata = measured.findall("./stratProfile/Layer")
-    if len(strata) > MOST_LAYERS:
-        raise InputError(f"{path}: {len(strata)} layers: at most {MOST_LAYERS} are read")
+    if len(strata) > MOST_LAYERS or len(measured.findall("./densityProfile/Layer")) > MOST_LAYERS:
+        raise InputError(f"{path}: {len(strata)} layers: at most {MOST_LAYERS} layers and densities are read")
     layers = [_layer(found, element, n) for n, element in enumerate(strata, 1)]
     densities = [_density(found, element, n)
                  for n, element in enumerate(measured.findall("./densityProfile/Layer"), 1)]
@@ -52,15 +51,19 @@ def read_caaml(path):
 
 
 def with_densities(layers, observed):
-    """Layers with the densities that were observed over at least half of each, by the thickness that they share.
+    """Layers with the densities that were observed in them, by the thickness that they share.
 
-    observed: [(top [m], bottom [m], density [kg/m3])]. A layer that has a density of its own keeps it.
+    observed: [(top [m], bottom [m], density [kg/m3])]. A sample is of a layer where it covers half of it, or where half
+    of it lies in it. A layer that has a density of its own keeps it.
     """
     for layer in layers:
-        shared = [(max(0.0, min(layer.bottom, bottom) - max(layer.top, top)), density)
-                  for top, bottom, density in observed]
-        known = sum(length for length, _ in shared)
-        if layer.density is None and known >= 0.5 * layer.thickness > 0.0:
+        shared = []
+        for top, bottom, density in observed:
+            length = min(layer.bottom, bottom) - max(layer.top, top)
+            if length > 0.0 and length >= 0.499 * min(layer.thickness, bottom - top):
+                shared.append((length, density))
+        if layer.density is None and shared:
+            known = sum(length for length, _ in shared)
             layer = Layer(**{**vars(layer), "density": sum(length * density for length, density in shared) / known})
         yield layer
 

@@ -36,10 +36,14 @@ OTHER_FRICTIONS = "voellmy_avaframe", "voellmy_buser_frutiger"
 THICKER, LARGER = 1.25, 2.0
 """Factors by which the thickness and the area of the release are varied, up and down: chosen, as one pit does not tell
 how either changes across the slope."""
+HIGHER, STEEPER = 100.0, 5.0
+"""Differences of elevation [m] and slope [degrees] between pit and terrain that are told."""
 STEEP, STEEPEST, WHOLE = 30.0, 55.0, 200.0
 """Slopes [degrees] on which slabs release, and how far from the pit [m] the weak layer may go on: chosen."""
 NAMES = ("profile.png", "saw_test.toml", "release.toml", "release.gpkg", "release.tif", "flow.toml",
          "chain.json", "report.html")
+FOLDERS = "release", "flow", "variations", "maps", "pictures"
+WHOLE_SLOPE = "whole_slope"
 NUMBERS = ("runout", "affected_area", "area_above_1_kPa", "largest_flow_speed", "largest_flow_pressure")
 
 
@@ -68,7 +72,8 @@ class Variation:
 
 @dataclass
 class Chain:
-    """All that was found; released, flow: None where the slab did not go, and why."""
+    """All that was found. texts: of the scenes, by file; notes: where pit and terrain do not agree; released, flow:
+    None where the slab did not go, and why."""
 
     profile: SnowProfile
     candidates: list
@@ -78,6 +83,8 @@ class Chain:
     slope: Slope
     side: float
     folder: Path
+    texts: dict[str, str]
+    notes: tuple[str, ...] = ()
     released: Any = None
     why: str = ""
     flow: Any = None
@@ -85,27 +92,51 @@ class Chain:
 
     @property
     def base(self) -> dict[str, float | None]:
-        return self.variations[0].numbers
+        return self.variations[0].numbers if self.variations else {}
 
     def spread(self, name: str = "runout") -> dict[str, tuple[float, float]]:
-        """{step: (least, largest) change of a number} over the variations of each step."""
+        """{step: (least, largest) change of a number} over the variations of each step, the area being about that of
+        the square that was computed."""
         found: dict[str, tuple[float, float]] = {}
         reference = self.base.get(name)
         for one in self.variations[1:]:
             value = one.numbers.get(name)
-            if value is not None and reference is not None:
+            if value is not None and reference is not None and one.name != WHOLE_SLOPE:
                 low, high = found.get(one.step, (0.0, 0.0))
                 found[one.step] = min(low, value - reference), max(high, value - reference)
         return found
 
     @property
     def dominant(self) -> tuple[str, float, float] | None:
-        """(step, least, largest change of the run-out [m]) of the step on which the run-out depends most."""
+        """(step, least, largest change of the run-out [m]) of the step on which the run-out depends most, once the area
+        is known."""
         spread = self.spread()
         if not spread:
             return None
         step = max(spread, key=lambda one: spread[one][1] - spread[one][0])
         return step, *spread[step]
+
+    @property
+    def whole(self) -> Variation | None:
+        """The flow of all steep ground around the pit."""
+        return next((one for one in self.variations if one.name == WHOLE_SLOPE), None)
+
+    def dependence(self) -> list[str]:
+        """What the result depends on, in sentences."""
+        said = []
+        if self.whole is not None and self.whole.numbers.get("runout") is not None:
+            said.append(f"The run-out depends most on how large the release is, which a pit does not tell:"
+                        f" {self.base['runout']:.0f} m from the square that was computed,"
+                        f" {self.whole.numbers['runout']:.0f} m from {self.whole.what}.")
+        if self.dominant is not None:
+            step, low, high = self.dominant
+            said.append(f"With the area of the release known about, it depends most on {step}: {low:+.0f} to"
+                        f" {high:+.0f} m.")
+        if self.stability.dominant:
+            theory, name, share = self.stability.dominant
+            said.append(f"The critical cut length ({record.NAMES[theory]}) depends most on {name}: {100 * share:.0f} %"
+                        " of its variance. It is no part of the release, which takes the strength of the weak layer.")
+        return said
 
 
 def slope_at(file: Path, place: Any, width: float) -> Slope:
@@ -127,17 +158,10 @@ def slope_at(file: Path, place: Any, width: float) -> Slope:
 
 def release_of(chain: Chain, say: Any) -> None:
     """Compute the release on the local slope, and write it as polygon and raster; `why` where nothing goes."""
-    column = release_scenes.of_release(chain.column)
-    expected = next((one.value for one in reversed(chain.stability.lengths) if one.value), None)
-    write_text(chain.folder / "saw_test.toml", scenes.saw_test_scene(
-        chain.column, scenes.weak_law(chain.column), "saw_test", chain.profile.name, expected))
-    law = scenes.weak_law(column, release_scenes.RUBS)
-    text = release_scenes.release_on_terrain(
-        column, law, "release", chain.profile.name, surface=chain.slope.surface, file=str(chain.slope.file.resolve()),
-        place=chain.slope.place, side=chain.side, down=chain.slope.down)
-    file = write_text(chain.folder / "release.toml", text)
+    for name, text in chain.texts.items():
+        write_text(chain.folder / name, text)
     say(f"release: {chain.side:.0f} m of weak layer on {chain.slope.angle:.0f} degrees")
-    run = snowmpm.run(load_scene(file), chain.folder / "release")
+    run = snowmpm.run(load_scene(chain.folder / "release.toml"), chain.folder / "release")
     try:
         chain.released = released.released_by(run)
     except InputError as error:
@@ -229,7 +253,7 @@ def _whole_slope(chain):
     polygon = max(whole.geoms, key=lambda part: part.area)
     if polygon.area <= LARGER * chain.released.area:
         return {}
-    return {"whole_slope": (f"all ground from {STEEP:g} to {STEEPEST:g} degrees there, {polygon.area:.0f} m2",
+    return {WHOLE_SLOPE: (f"all ground from {STEEP:g} to {STEEPEST:g} degrees there, {polygon.area:.0f} m2",
                             "release: area", _corners(polygon))}
 
 
@@ -245,11 +269,11 @@ def assumptions(chain: Chain) -> list[tuple[str, str, str]]:
         ("stability", "shear strength from form and density", "Jamieson & Johnston (2001)"),
         ("stability", f"collapse energy {column.weak.energy:g} J/m2, known to a factor of"
                       f" {math.exp(mechanics.COLLAPSE_SCATTER):.1f}", "WEAC; van Herwijnen et al. (2016)"),
-        ("release", f"a square of weak layer of {chain.side:.0f} m; beyond, firm snow: the pit does not say how far the"
-                    " weak layer goes", "chosen; --size"),
-        ("release", f"the weak layer bears at least {scenes.BEARS:g} times the shear stress of the slab, as the slope"
-                    " stands", "chosen"),
-        ("release", f"a crushed weak layer rubs as {release_scenes.FRICTION:.2f}", "chosen"),
+        ("release", f"the area: a square of weak layer of {chain.side:.0f} m, firm snow beyond: the pit does not say"
+                    " how far the weak layer goes", "chosen; --size"),
+        ("release", f"the shear strength of the weak layer is at least {scenes.BEARS:g} times the shear stress of the"
+                    " slab, as the slope stands", "chosen"),
+        ("release", f"friction coefficient of a crushed weak layer {release_scenes.FRICTION:.2f}", "chosen"),
         ("release", "tensile strength of the slab from its density", "Sigrist (2006)"),
         ("release", f"moduli are at most {1e-6 * release_scenes.STIFFEST:g} MPa, for shorter computing", "chosen"),
         ("flow", f"friction {FRICTION}, by the volume of the release; calibrated with the entrainment and the numbers"
@@ -274,23 +298,53 @@ def record_of(chain: Chain) -> dict[str, Any]:
         "runout_depends_on": None if chain.dominant is None else dict(
             zip(("step", "least", "largest"), chain.dominant, strict=True)),
         "critical_length_depends_on": None if chain.stability.dominant is None else dict(
-            zip(("input", "share"), chain.stability.dominant, strict=True)),
+            zip(("theory", "input", "share"), chain.stability.dominant, strict=True)),
+        "dependence": chain.dependence(), "notes": chain.notes,
         "assumptions": [dict(zip(("step", "what", "source"), one, strict=True)) for one in assumptions(chain)],
     }
 
 
 def begin(profile: SnowProfile, candidates: list, index: int, terrain: Path, place: Any, folder: Path,
-          modulus: str = mechanics.USUAL_MODULUS, size: float | None = None) -> Chain:
-    """`Chain` up to stability, with the angle of the local slope. size: of the weak layer [m]."""
+          modulus: str = mechanics.USUAL_MODULUS, size: float | None = None, depth: float | None = None) -> Chain:
+    """`Chain` up to stability, with the angle of the local slope; nothing is written. size: of the weak layer [m];
+    depth: at which it fails [m]. Needs a running Taichi. Raises InputError for what no slab can be released from.
+    """
     width = 0.5 * size if size else 0.5 * SIZE * profile.layers[index].top
     slope = slope_at(terrain, place, width)
-    column = column_of(profile, index, slope.angle, modulus)
-    release_scenes.tearing_length(column)  # refuses a slope on which no slab slides
-    side = size or max(SIZE * column.thickness, 2.0 * release_scenes.tearing_length(column))
+    column = column_of(profile, index, slope.angle, modulus, depth)
+    tearing = release_scenes.tearing_length(column)  # refuses a slope on which no slab slides
+    side = size or max(SIZE * column.thickness, 2.0 * tearing)
     if side > LONGEST:
         raise InputError(f"the slab tears only where it is {0.5 * side:.0f} m long, and a release of {side:.0f} m takes"
                          f" too long; --size, at most {LONGEST:g} m, gives another")
-    return Chain(profile, candidates, index, column, stability_of(column), slope, side, folder)
+    stability = stability_of(column)
+    try:
+        texts = _scenes(profile, column, stability, slope, side)
+    except InputError as error:
+        raise InputError(f"{profile.source}: weak layer at {100 * profile.layers[index].top:.4g} cm, --at"
+                         f" {place[0]:.10g},{place[1]:.10g}: {error}") from None
+    return Chain(profile, candidates, index, column, stability, slope, side, folder, texts,
+                 tuple(_disagreements(profile, slope)))
+
+
+def _scenes(profile, column, stability, slope, side):
+    """{file: text} of the saw test and of the release."""
+    soft = release_scenes.of_release(column)
+    return {
+        "saw_test.toml": scenes.saw_test_scene(column, scenes.weak_law(column), "saw_test", profile.name,
+                                               stability.expected),
+        "release.toml": release_scenes.release_on_terrain(
+            soft, scenes.weak_law(soft, release_scenes.RUBS), "release", profile.name, surface=slope.surface,
+            file=str(slope.file.resolve()), place=slope.place, side=side, down=slope.down)}
+
+
+def _disagreements(profile, slope):
+    """Where pit and terrain do not agree."""
+    height = float(slope.surface.height(slope.place[None])[0])
+    if profile.elevation is not None and abs(profile.elevation - height) > HIGHER:
+        yield f"the pit was at {profile.elevation:.0f} m, and the terrain there is at {height:.0f} m"
+    if profile.slope_angle is not None and abs(profile.slope_angle - slope.angle) > STEEPER:
+        yield f"the pit was on {profile.slope_angle:.0f} degrees, and the terrain there has {slope.angle:.0f}"
 
 
 def write_numbers(chain: Chain) -> Path:

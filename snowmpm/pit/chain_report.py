@@ -5,7 +5,7 @@ from typing import Any
 from PIL import Image
 
 from snowmpm.io import Run
-from snowmpm.pit.record import told
+from snowmpm.pit.record import NAMES, told
 from snowmpm.pit.scenes import BEARS
 from snowmpm.quantities.table import quantity
 from snowmpm.render.document import Document, Listing, Note, Numbers, Paragraph, Picture, Section, Table
@@ -25,7 +25,8 @@ def write_report(chain: Any, pit_picture: Any) -> list[Any]:
     pictures = [_still(release, folder / "release.png")]
     sections = [
         Section("", [Numbers(_numbers(chain)), *_notes(chain)]),
-        Section("What the result depends on", [*_dominant(chain), Listing("\n".join(_variations(chain)))]),
+        Section("What the result depends on", [
+            *map(Paragraph, chain.dependence()), Listing("\n".join(_variations(chain)))]),
         Section("Profile and stability", [
             Picture(pit_picture, "The profile; the weak layer is marked"),
             Listing("\n".join(told(chain.profile, chain.candidates, chain.index, chain.column, chain.stability)))]),
@@ -59,10 +60,12 @@ def _numbers(chain):
              "local slope": f"{chain.slope.angle:.0f}°"}
     length = next((one for one in reversed(chain.stability.lengths) if one.value is not None), None)
     if length is not None:
-        found["critical cut length"] = f"{length.value:.2f} m ({length.low:.2f} to {length.high:.2f})"
+        found[f"critical cut length, {NAMES[length.theory]}"] = (
+            f"{length.value:.2f} m ({length.low:.2f} to {length.high:.2f})")
     if chain.released is not None:
         release = chain.released
-        found["release"] = f"{release.area:.0f} m², {release.thickness:.2f} m, {release.volume:.0f} m³"
+        found["release of the assumed square"] = (
+            f"{release.area:.0f} m², {release.thickness:.2f} m, {release.volume:.0f} m³")
     for name in ("runout", "area_above_1_kPa", "largest_flow_pressure") if chain.variations else ():
         if chain.base.get(name) is not None:
             found[quantity(name).label] = quantity(name).text(chain.base[name])
@@ -70,28 +73,19 @@ def _numbers(chain):
 
 
 def _notes(chain):
+    yield from map(Note, chain.notes)
     if chain.why:
         yield Note(f"The slab did not go: {chain.why}. No flow was computed.")
     strength = chain.column.weak.strength
     if strength is not None and strength < BEARS * chain.stability.shear:
-        yield Note(f"By its form and density the weak layer would bear {strength:.0f} Pa, and the slab puts"
-                   f" {chain.stability.shear:.0f} Pa of shear on it: the release takes {BEARS:g} times that.")
-    if chain.released is not None and chain.released.edge > 0.2:
-        yield Note(f"{100 * chain.released.edge:.0f} % of the border of the release is the border of the snow that was"
-                   " computed: the real one may be larger. --size computes more, release.gpkg takes an area you know.")
+        yield Note(f"By its form and density the weak layer has a shear strength of {strength:.0f} Pa, less than"
+                   f" {BEARS:g} times the {chain.stability.shear:.0f} Pa of shear that the slab puts on it; the release"
+                   " takes that.")
+    if chain.released is not None:
+        yield Note(f"The area of the release is that of the square of weak layer that was computed, {chain.side:.0f} m"
+                   " wide: an assumption. --size computes more; put an area that you know in place of release.gpkg.")
     if chain.flow is not None and (chain.flow.summary.get("status") or {}).get("final") is False:
         yield Note(chain.flow.summary["status"].get("status", "The flow is not final."))
-
-
-def _dominant(chain):
-    if chain.dominant is not None:
-        step, low, high = chain.dominant
-        yield Paragraph(f"The run-out depends most on {step}: {low:+.0f} to {high:+.0f} m.")
-    else:
-        yield Paragraph("No run-out was computed.")
-    if chain.stability.dominant:
-        name, share = chain.stability.dominant
-        yield Paragraph(f"The critical cut length depends most on {name}: {100 * share:.0f} % of its variance.")
 
 
 def _variations(chain):

@@ -12,6 +12,9 @@ from snowmpm.saw_test.theory import GRAVITY, Slab
 THICKEST = 0.05
 """Thickness of a weak layer that takes part in its failure, at most [m]: chosen; a layer of half a metre does not
 collapse as a whole."""
+TOLERANCE = 1e-3
+"""Depth [m] below the top of a layer that is its top."""
+NO_ANGLE = "the file has no slope angle"
 USUAL_ANGLE = 0.0
 """Slope [degrees] where nobody gives one."""
 
@@ -46,6 +49,8 @@ class WeakLayer:
     strength: float | None
     energy: float
     poisson_ratio: float = mechanics.POISSON_RATIO
+    strength_exponent: float = 0.0
+    """of the density, in the law of the strength"""
 
 
 @dataclass(frozen=True)
@@ -81,10 +86,11 @@ class Column:
 
 
 def column_of(profile: SnowProfile, index: int, angle: float | None = None,
-              law: str = mechanics.USUAL_MODULUS) -> Column:
+              law: str = mechanics.USUAL_MODULUS, depth: float | None = None) -> Column:
     """The column above the weak layer `index` of a profile.
 
-    angle: of the slope [degrees], in place of the profile's. law: of the moduli. Raises InputError where nothing tells
+    angle: of the slope [degrees], in place of the profile's. law: of the moduli. depth: at which the layer fails [m],
+    its top when missing: what of it lies above belongs to the slab. Raises InputError where nothing tells
     the density of a layer of the slab or of the weak layer, or where nothing lies above it.
     """
     where = profile.source
@@ -95,31 +101,38 @@ def column_of(profile: SnowProfile, index: int, angle: float | None = None,
         angle = profile.slope_angle
     if angle is None:
         angle = USUAL_ANGLE
-        assumed.append("the slope angle is not in the file: on the flat")
+        assumed.append(f"{NO_ANGLE}: taken as level; --slope gives one")
     across = math.cos(math.radians(angle))
-    plates, sources = [], {"measured": 0, "hardness": 0, "form": 0}
-    for n, layer in enumerate(profile.layers[:index], 1):
+    plates, sources = [], dict.fromkeys(mechanics.DENSITY_SCATTER, 0)
+    weak = profile.layers[index]
+    above = list(profile.layers[:index])
+    if depth is not None and weak.top + TOLERANCE < depth < weak.bottom:
+        above.append(Layer(**{**vars(weak), "bottom": depth}))
+        weak = Layer(**{**vars(weak), "top": depth})
+    for n, layer in enumerate(above, 1):
         for part in _halves(layer):
             rho, source = _density(where, n, part)
             sources[source] += 1
             plates.append(Plate(part.thickness * across, rho, mechanics.youngs_modulus(rho, law), source))
-    weak = profile.layers[index]
     rho, source = _density(where, index + 1, weak)
     size, form = weak.size, main_class(weak.form or weak.second_form)
     if size is None:
         size = mechanics.GRAIN_SIZE.get(form, 1.0)
         assumed.append(f"grain size of the weak layer is not in the file: {size:g} mm")
-    words = {"hardness": "density by hardness and form (Geldsetzer & Jamieson 2000)", "form": "density by form alone"}
-    assumed += [f"{words[name]}: {count} of {len(plates)} parts of the slab"
+    words = {"hardness": "density by hardness and form (Geldsetzer & Jamieson 2000)", "form": "density by form alone",
+             "hardness alone": "density by hardness alone"}
+    assumed += [f"{words[name]}: {count} of {len(plates)} layers of the slab"
                 for name, count in sources.items() if count and name in words]
     thickness = weak.thickness * across
     if thickness > THICKEST:
-        assumed.append(f"of the weak layer's {100 * thickness:.0f} cm, {100 * THICKEST:.0f} cm take part")
+        assumed.append(f"the weak layer is {100 * thickness:.0f} cm thick; {100 * THICKEST:.0f} cm of it are taken to"
+                       " fail")
     strength = mechanics.shear_strength(weak, rho)
     if strength is None:
         assumed.append(f"no law of strength for {weak.form or 'a form that was not observed'}")
     return Column(tuple(reversed(plates)), WeakLayer(
-        min(thickness, THICKEST), rho, source, size, mechanics.youngs_modulus(rho, law), strength, mechanics.COLLAPSE),
+        min(thickness, THICKEST), rho, source, size, mechanics.youngs_modulus(rho, law), strength, mechanics.COLLAPSE,
+        strength_exponent=mechanics.SHEAR_STRENGTH.get(form, (0.0, 0.0))[1]),
         angle, law, tuple(assumed))
 
 
@@ -136,5 +149,5 @@ def _density(where, n, layer):
     found = mechanics.density(layer)
     if found is None:
         raise InputError(f"{where}: layer {n}, {100 * layer.top:.4g} to {100 * layer.bottom:.4g} cm: density is"
-                         " missing, and no grain form tells it")
+                         " missing, and neither a grain form nor the hardness tells it")
     return found

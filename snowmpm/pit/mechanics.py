@@ -23,10 +23,12 @@ BY_FORM = {"PP": 85.0, "PPgp": 162.0, "DF": 136.0, "RG": 247.0, "RGxf": 221.0, "
 """Density of a form where the hardness is not known, or does not tell [kg/m3]: means of Geldsetzer & Jamieson; MF
 between the limits for index 2 and 3 of Monti et al. (2014), doi:10.1016/j.coldregions.2014.04.001; SH as WEAC takes it;
 IF and MM chosen."""
-DENSITY_SCATTER = {"hardness": 0.35, "form": 0.41, "measured": 0.05}
-"""Standard deviation of the logarithm of a density, by where it is from. hardness, form: of 747 and 1477 layers of
-public pits that have a measured density as well (`snowmpm docs snow_pits`), by the median deviation, as some have slips
-of the pen; measured: of density cutters, Proksch et al. (2016), doi:10.5194/tc-10-371-2016."""
+BY_HARDNESS_ALONE = 90.0, 42.0
+"""A, B of a density where the form is not known [kg/m3]: mean of the lines of BY_HARDNESS and of rounded grains."""
+DENSITY_SCATTER = {"hardness": 0.29, "form": 0.32, "hardness alone": 0.34, "measured": 0.05}
+"""Standard deviation of the logarithm of a density, by where it is from. hardness, form, hardness alone: of 3659, 5103
+and 5340 layers of public pits that have a measured density as well (`snowmpm docs snow_pits`), by the median deviation,
+as some have slips of the pen; measured: of density cutters, Proksch et al. (2016), doi:10.5194/tc-10-371-2016."""
 
 POISSON_RATIO = 0.25
 """As WEAC has it."""
@@ -73,6 +75,9 @@ def density(layer: Layer) -> tuple[float, str] | None:
         return 154.0 + 1.51 * hardness**3.15, "hardness"
     if form:
         return BY_FORM[form], "form"
+    if hardness is not None:
+        first, each = BY_HARDNESS_ALONE
+        return first + each * hardness, "hardness alone"
     return None
 
 

@@ -11,6 +11,7 @@ with A = pi 2.5^2 mm2 of the tip. Density by a fit to its own instrument and win
     rho = a0 + a1 ln F + a2 L ln F + a3 L
 """
 
+import io
 import itertools
 import math
 import struct
@@ -19,9 +20,12 @@ import numpy as np
 
 from snowmpm.errors import InputError, shown_line
 from snowmpm.pit.profile import ICE_DENSITY, LIGHTEST, Layer, SnowProfile, checked
+from snowmpm.reading.limited import read_limited
 
 HEADER = 512
 MAX_SAMPLES = 4_000_000
+LONGEST = 10_000.0
+"""Way of the rod [mm]."""
 AREA = math.pi * 2.5**2
 """[mm2]"""
 FIT, WINDOW = (420.47, 102.47, -121.15, -169.96), 2.5
@@ -41,7 +45,7 @@ def read_pnt(path):
     force, spacing, header = read_force(path)
     surface, ground = _snow(force, spacing, header["overload"])
     notes = ["density by the fit of Proksch et al. (2015) to the shot noise of the force, made for one version of the"
-             " instrument", "grain forms are not measured", "the depth is along the rod"]
+             " instrument", "grain forms are not measured", "the depth is along the rod, taken as vertical"]
     if ground is None:
         notes.append("the ground was not reached")
     force = force[surface:ground]
@@ -55,8 +59,9 @@ def read_pnt(path):
 
 def read_force(path):
     """(force (n,) [N], spacing [mm], header). Raises InputError for what is no such file or is cut off."""
-    size = path.stat().st_size
-    with path.open("rb") as file:
+    content = read_limited(path, HEADER + 2 * MAX_SAMPLES + (1 << 20))
+    size = len(content)
+    with io.BytesIO(content) as file:
         head = file.read(HEADER)
         if len(head) < HEADER:
             raise InputError(f"{path}: no file of a SnowMicroPen: {size} bytes, and its header has {HEADER}")
@@ -66,6 +71,9 @@ def read_force(path):
         if not sound or not 0 < count <= MAX_SAMPLES:
             raise InputError(f"{path}: no file of a SnowMicroPen: firmware {firmware}, {count} samples, spacing"
                              f" {spacing:g} mm, {factor:g} N/mV")
+        if count * spacing > LONGEST:
+            raise InputError(f"{path}: no file of a SnowMicroPen: {count} samples of {spacing:g} mm are"
+                             f" {1e-3 * count * spacing:.0f} m")
         if size < HEADER + 2 * count:
             raise InputError(f"{path}: cut off: {(size - HEADER) // 2} of {count} samples")
         raw = file.read(2 * count)
@@ -80,7 +88,7 @@ def read_force(path):
 def _snow(force, spacing, overload):
     """First sample of snow and, where the tip met its largest force, the sample before the ground; else None."""
     stays = max(1, round(STAYS / spacing))
-    mean = np.convolve(force, np.full(stays, 1.0 / stays), "valid")
+    mean = np.convolve(force, np.full(stays, 1.0 / stays), "valid") if stays < 1000 else force
     noise = np.median(mean[: max(1, len(mean) // 100)])
     above = np.flatnonzero(mean > noise + AIR)
     surface = int(above[0]) if len(above) else 0
@@ -123,7 +131,8 @@ def _layers(depth, density):
             break
         (top, middle, first), (_, bottom, second) = parts[k:k + 2]
         parts[k:k + 2] = [[top, bottom, (first * (middle - top) + second * (bottom - middle)) / (bottom - top)]]
-    return [Layer(float(top), float(bottom), density=float(value)) for top, bottom, value in parts]
+    return [Layer(round(float(top), 3), round(float(bottom), 3), density=round(float(value)))
+            for top, bottom, value in parts]
 
 
 def _unlike(upper, lower):

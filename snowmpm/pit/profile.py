@@ -9,6 +9,7 @@ import itertools
 from dataclasses import dataclass, field
 
 from snowmpm.errors import InputError
+from snowmpm.quantities.snow_codes import main_class
 
 ICE_DENSITY = 917.0
 """[kg/m3]"""
@@ -16,11 +17,19 @@ LIGHTEST = 10.0
 """Least density that is taken for one of snow [kg/m3]."""
 DEEPEST = 100.0
 """Depth [m] beyond which a file has another unit."""
+MOST_LAYERS, MOST_TESTS = 1000, 200
+"""That a profile may have: an observer writes ten to thirty."""
+FINEST, COARSEST = 0.01, 50.0
+"""Grain sizes [mm]."""
+COLDEST, WARMEST = -80.0, 5.0
+"""Snow temperatures [degrees C]."""
 TOLERANCE = 1e-6
 """Overlap of layers that is rounding [m]."""
 BORDER = 0.01
 """Distance [m] within which a test belongs to a layer that the observer marked: where two layers meet, observers write
 the depth of either."""
+WET = ("M", "W", "V", "S")
+"""First letters of moisture from moist to soaked."""
 STEEPEST = 80.0
 """[degrees]"""
 
@@ -100,14 +109,14 @@ class SnowProfile:
         """[m]"""
         return self.layers[-1].bottom
 
-    def index_at(self, depth: float) -> int | None:
-        """Index of the layer at a depth [m], as tests name it: by the top of the layer that fails, or one that the
-        observer marked within BORDER of it; None below the profile."""
+    def index_at(self, depth: float, marked: bool = True) -> int | None:
+        """Index of the layer at a depth [m]; None below the profile. marked: a layer that the observer marked within
+        BORDER of it goes first, as for the depth of a test."""
         found = None
         for k, layer in enumerate(self.layers):
             if layer.top - TOLERANCE <= depth < layer.bottom - TOLERANCE:
                 found = k
-            if layer.concern and layer.top - BORDER <= depth <= layer.bottom + BORDER:
+            if marked and layer.concern and layer.top - BORDER <= depth <= layer.bottom + BORDER:
                 return k
         return found
 
@@ -118,12 +127,16 @@ def checked(profile: SnowProfile) -> SnowProfile:
     where = profile.source
     if not profile.layers:
         raise InputError(f"{where}: has no layers of snow")
+    if len(profile.layers) > MOST_LAYERS or len(profile.tests) > MOST_TESTS:
+        raise InputError(f"{where}: {len(profile.layers)} layers and {len(profile.tests)} tests: at most {MOST_LAYERS}"
+                         f" and {MOST_TESTS} are read")
     layers = tuple(sorted(profile.layers, key=lambda layer: (layer.top, layer.bottom)))
     notes = list(profile.notes)
     for n, layer in enumerate(layers, 1):
         what = f"{where}: layer {n}, {_cm(layer)}"
         if not layer.thickness > 0.0:
-            raise InputError(f"{what}: thickness = {100 * layer.thickness:g} cm: must be above 0")
+            raise InputError(f"{what}: thickness = {100 * layer.thickness:g} cm: must be above 0; depths count from"
+                             " the surface down")
         if layer.top < -TOLERANCE or layer.bottom > DEEPEST:
             raise InputError(f"{what}: depth must be from 0 to {DEEPEST:g} m: is its unit right?")
         if layer.density is not None and not LIGHTEST <= layer.density <= ICE_DENSITY:
@@ -131,22 +144,46 @@ def checked(profile: SnowProfile) -> SnowProfile:
                              " is its unit right?")
         if layer.hardness and not all(0.5 <= one <= 6.5 for one in layer.hardness):
             raise InputError(f"{what}: hardness = {layer.hardness}: the index is from 1 (fist) to 6 (ice)")
-        if layer.size is not None and not 0.0 < layer.size <= 50.0:
-            raise InputError(f"{what}: grain size = {layer.size:g} mm: must be above 0 and at most 50")
+        if layer.size is not None and not FINEST <= layer.size <= COARSEST:
+            raise InputError(f"{what}: grain size = {layer.size:g} mm: must be from {FINEST:g} to {COARSEST:g}")
     for n, (upper, lower) in enumerate(itertools.pairwise(layers), 1):
         if lower.top < upper.bottom - TOLERANCE:
             raise InputError(f"{where}: layers {n} and {n + 1} overlap: {_cm(upper)} and {_cm(lower)}")
         if lower.top > upper.bottom + TOLERANCE:
-            notes.append(f"nothing is known from {100 * upper.bottom:.4g} to {100 * lower.top:.4g} cm")
+            notes.append(f"nothing is known from {100 * upper.bottom:.4g} to {100 * lower.top:.4g} cm: its weight is"
+                         " left out")
+    if layers[0].top > TOLERANCE:
+        notes.append(f"nothing is known of the uppermost {100 * layers[0].top:.4g} cm: its weight is left out")
     angle = profile.slope_angle
     if angle is not None and not 0.0 <= angle <= STEEPEST:
         raise InputError(f"{where}: slope angle = {angle:g} degrees: must be from 0 to {STEEPEST:g}")
-    for test in profile.tests:
-        if test.depth is not None and not 0.0 <= test.depth <= DEEPEST:
-            raise InputError(f"{where}: {test.kind} at {test.depth:g} m: depth must be from 0 to {DEEPEST:g} m")
-        if test.cut is not None and not 0.0 <= test.cut <= DEEPEST:
-            raise InputError(f"{where}: {test.kind}: cut of {test.cut:g} m: must be from 0 to {DEEPEST:g} m")
-    return SnowProfile(**{**vars(profile), "layers": layers, "notes": tuple(notes)})
+    if profile.elevation is not None and not -500.0 <= profile.elevation <= 9000.0:
+        raise InputError(f"{where}: elevation = {profile.elevation:g} m: must be from -500 to 9000")
+    if profile.place is not None and not (abs(profile.place[0]) <= 90.0 and abs(profile.place[1]) <= 360.0):
+        raise InputError(f"{where}: latitude, longitude = {profile.place[0]:g}, {profile.place[1]:g}: must be degrees")
+    for depth, value in profile.temperatures:
+        if not 0.0 <= depth <= DEEPEST or not COLDEST <= value <= WARMEST:
+            raise InputError(f"{where}: temperature = {value:g} degrees C at {depth:g} m: must be from {COLDEST:g} to"
+                             f" {WARMEST:g}, at a depth from 0 to {DEEPEST:g} m")
+    tests = [test for test in profile.tests if _sound(test, where, layers[-1].bottom, notes)]
+    if any(layer.moisture[:1] in WET or (main_class(layer.form) == "MF" and layer.form.lower() != "mfcr")
+           for layer in layers if layer.moisture or layer.form):
+        notes.append("moist or wet snow: densities, moduli and strengths are those of dry snow")
+    return SnowProfile(**{**vars(profile), "layers": layers, "tests": tuple(tests), "notes": tuple(notes)})
+
+
+def _sound(test: StabilityTest, where: str, bottom: float, notes: list[str]) -> bool:
+    """Whether a test counts; a note where it does not. InputError for lengths that cannot be."""
+    for what, length in (("depth", test.depth), ("cut", test.cut), ("column", test.column)):
+        if length is not None and not 0.0 <= length <= DEEPEST:
+            raise InputError(f"{where}: {test.kind}: {what} = {length:g} m: must be from 0 to {DEEPEST:g}")
+    if test.cut is not None and test.column and test.cut > test.column * (1.0 + TOLERANCE):
+        notes.append(f"{test}: cut longer than its column: left out")
+        return False
+    if test.depth is not None and test.depth >= bottom:
+        notes.append(f"{test}: below the profile: left out")
+        return False
+    return True
 
 
 def _cm(layer: Layer) -> str:

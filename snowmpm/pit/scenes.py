@@ -1,15 +1,18 @@
 """Scenes of a profile: the law of its weak layer, and its saw test."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from snowmpm.errors import InputError, shown_line
 from snowmpm.pit import mechanics
 from snowmpm.pit.column import Column, Plate
 from snowmpm.scenes.starts import quoted
 
-SLOPE, COHESION, HARDENING = 1.2, 0.3, 0.15
-"""M, beta and xi of the weak layer's law in a saw test: chosen; crushed it rubs as M / sqrt(3) = 0.69, 35 degrees."""
+SLOPE, COHESION, HARDENING = 1.0, 0.3, 0.15
+"""M, beta and xi of the weak layer's law in a saw test: chosen; crushed it rubs as M / sqrt(3) = 0.58, 30 degrees."""
+STIFFEST_WEAK = 5e5
+"""Young's modulus [Pa] that the weak layer of a scene has at the most. The moduli of `mechanics` are those of slabs;
+with them a weak layer of this strength and energy is ductile, and no crack runs."""
 CELLS = 8
 """Over the slab of a saw test, whose crack is then within a tenth of that on fine cells (`snowmpm docs interface`)."""
 POINTS = 8
@@ -44,9 +47,9 @@ def weak_law(column: Column, slope: float = SLOPE) -> WeakLaw:
     from snowmpm.materials import AnticrackCamClay
     from snowmpm.saw_test import theory
 
-    weak, (sigma, tau) = column.weak, column.stresses
+    weak, (sigma, tau) = softened(column).weak, column.stresses
     if weak.strength is None:
-        raise InputError("no scene of this weak layer: no law gives the strength of its grain form")
+        raise InputError("no scenes: no law gives the strength of the grain form of this weak layer")
     strength = max(weak.strength, BEARS * tau)
 
     def law(p0, softening):
@@ -72,13 +75,21 @@ def weak_law(column: Column, slope: float = SLOPE) -> WeakLaw:
     return WeakLaw(slope, p0, softening, theory.shear_strength(law(p0, softening), sigma), energy(softening))
 
 
+def softened(column: Column) -> Column:
+    """The column with a weak layer no stiffer than STIFFEST_WEAK."""
+    weak = column.weak
+    return replace(column, weak=replace(weak, youngs_modulus=min(weak.youngs_modulus, STIFFEST_WEAK)))
+
+
 def saw_test_scene(column: Column, law: WeakLaw, name: str, about: str, expected: float | None) -> str:
     """Text of the scene of a saw test on the profile: its weak layer an interface, its slab elastic.
 
     about: of the profile, for the header; expected: critical length [m], which sets the length of the column.
     """
+    column = softened(column)
     thickness = column.thickness
-    length = min(max(LEAST_COLUMN, 3.0 * (expected or 0.5), 4.0 * thickness), LONGEST_COLUMN)
+    cut = min(3.0 * (expected or 0.5), 0.4 * LONGEST_COLUMN)
+    length = min(max(LEAST_COLUMN, cut + 5.0 * thickness, 2.5 * cut), LONGEST_COLUMN)
     dx = rounded(thickness / CELLS)
     plates = merged(column.plates, dx)
     slab = "\n".join(f'[[saw_test.slab]]\nmaterial = "slab_{n}"\nthickness = {plate.thickness:.4g}'
@@ -107,7 +118,8 @@ slope_angle = {column.angle:g}
 ends = "vertical"
 weak_layer = {{ material = "weak_layer", thickness = {column.weak.thickness:.4g}, interface = {POINTS} }}
 saw_start = 0.02
-saw_speed = {max(2.0, 2.5 * length):.3g}
+saw_speed = {max(2.0, 5.0 * cut):.3g}
+saw_length = {cut:.3g}
 
 {slab}
 
@@ -147,12 +159,15 @@ def _joined(first, second):
 def header(column, law, plates):
     """Comment lines of a scene: slab, weak layer, and what is assumed."""
     source = mechanics.MODULI[column.law][0]
+    weak = column.weak
     lines = [
-        f"Slab of {100 * column.thickness:.0f} cm normal to the slope, {column.density:.0f} kg/m3 in the mean, in"
-        f" {len(plates)} parts (thin ones are joined).",
+        f"Slab of {100 * column.thickness:.0f} cm normal to the slope, {column.density:.0f} kg/m3 in the mean; layers"
+        f" from the weak layer up, thin ones joined: {len(plates)}.",
         f"Moduli: {source}.",
-        f"Weak layer: bears {law.strength:.0f} Pa of shear under the slab, which puts {column.stresses[1]:.0f} Pa on"
-        f" it; its collapse takes {law.energy:.2f} J/m2 (asked: {column.weak.energy:.2f}).",
+        f"Weak layer: shear strength {law.strength:.0f} Pa under the slab, whose weight puts"
+        f" {column.stresses[1]:.0f} Pa of shear on it.",
+        f"Its modulus is {1e-6 * weak.youngs_modulus:.2g} MPa, its collapse takes {law.energy:.2f} J/m2 (asked:"
+        f" {weak.energy:.2f}).",
         *_raised(column), *column.assumed]
     return "\n".join(f"# {line}" for line in lines)
 
@@ -160,8 +175,8 @@ def header(column, law, plates):
 def _raised(column):
     strength, tau = column.weak.strength, column.stresses[1]
     if strength is not None and strength < BEARS * tau:
-        yield (f"By its form and density it would bear {strength:.0f} Pa, too little for the slab that lies on it:"
-               f" taken as {BEARS:g} times the shear stress.")
+        yield (f"By its form and density its shear strength would be {strength:.0f} Pa, less than {BEARS:g} times the"
+               " shear stress of the slab, which is taken.")
 
 
 def weak_table(column: Column, law: WeakLaw) -> str:

@@ -10,9 +10,10 @@ import math
 from snowmpm.errors import InputError, shown_line
 from snowmpm.pit.profile import Layer, SnowProfile, StabilityTest, checked
 from snowmpm.quantities.snow_codes import of_swiss
-from snowmpm.reading import budget as read_budget
+from snowmpm.reading.limited import read_text_limited
 
 HEIGHT, DENSITY, TEMPERATURE, SIZE, GRAIN, HAND, CUT = "0501", "0502", "0503", "0512", "0513", "0534", "0606"
+MAX_BYTES = 512 << 20
 CODES = (HEIGHT, DENSITY, TEMPERATURE, SIZE, GRAIN, HAND, CUT)
 NO_CUT = 3.0
 """Critical cut length [m] that SNOWPACK writes where it has none: its cap."""
@@ -25,11 +26,7 @@ def read_pro(path, time=None):
 
     Raises InputError, and OSError.
     """
-    read_budget.allow(path, 4.0 * path.stat().st_size, "its lines")
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file (UTF-8)") from None
+    lines = read_text_limited(path, MAX_BYTES).splitlines()
     station, steps = _parsed(path, lines)
     if not steps:
         raise InputError(f"{path}: no profiles: has no line 0500 below [DATA]")
@@ -130,6 +127,9 @@ def _station(path, station, key):
     if key not in station:
         return None
     try:
-        return float(station[key])
+        value = float(station[key])
     except ValueError:
-        raise InputError(f"{path}: {key} = {shown_line(station[key], 40)!r}: must be a number") from None
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{path}: {key} = {shown_line(station[key], 40)!r}: must be a number")
+    return value

@@ -7,7 +7,8 @@
     weac      dU/da = w_f on an elastic weak layer, where the package is installed             Rosendahl & Weissgraeber
 
 The interval of each is what the scatter of the parametrisations makes of it: SAMPLES columns by a Latin hypercube,
-between the quantiles INTERVAL. The share of each input in the variance of log a_c is its correlation ratio over BINS.
+between the quantiles INTERVAL. In these columns the law of the moduli is one of four by chance, whichever the value is
+by. The share of each input in the variance of log a_c is its correlation ratio over BINS.
 """
 
 import math
@@ -19,7 +20,8 @@ from snowmpm.pit import mechanics
 from snowmpm.pit.column import Column
 from snowmpm.saw_test import theory, weac
 
-SAMPLES, WEAC_SAMPLES = 256, 48
+SAMPLES, WEAC_SAMPLES = 96, 48
+"""Columns of the intervals: WEAC takes every second."""
 INTERVAL = 0.1, 0.9
 BINS = 4
 SEED = 20261129
@@ -29,9 +31,12 @@ ANGLE_SCATTER = 2.0
 """Standard deviation of a measured slope angle [degrees]: chosen."""
 FRICTION = 30.0
 """Friction angle of a crushed weak layer [degrees], about: van Herwijnen & Heierli (2009), doi:10.1029/2008GL036775."""
+SIZE_SCATTER = 0.3
+"""Standard deviation of the logarithm of a grain size: chosen; observers differ by a class."""
 SPAN = 5.0
 """Length of the column of weac [m]: long, so that its far end does not count."""
-INPUTS = ("slab density", "modulus law", "weak-layer density", "weak-layer strength", "collapse energy", "slope angle")
+INPUTS = ("slab density", "modulus law", "weak-layer density", "weak-layer strength", "collapse energy", "slope angle",
+          "grain size")
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,8 @@ class Length:
 @dataclass(frozen=True)
 class Stability:
     """normal, shear: stress on the weak layer [Pa]; lengths; crack_speed [m/s], crack_way: words; tension: largest
-    tensile stress in the slab as the crack begins to run, over its strength; None without a critical length."""
+    tensile stress in the slab as the crack begins to run, over its strength; None without a critical length; speeds,
+    tensions: (low, high) of their intervals; tears: share of the columns whose slab tears, None without columns."""
 
     normal: float
     shear: float
@@ -59,18 +65,26 @@ class Stability:
     crack_speed: float
     crack_way: str
     tension: float | None
+    speeds: tuple[float, float] | None = None
+    tensions: tuple[float, float] | None = None
+    tears: float | None = None
 
     def length(self, name: str) -> Length | None:
         return next((one for one in self.lengths if one.theory == name), None)
 
     @property
-    def dominant(self) -> tuple[str, float] | None:
-        """(input, share) that the critical length depends on most, by the last theory that tells."""
+    def dominant(self) -> tuple[str, str, float] | None:
+        """(theory, input, share): what the interval of the last theory that tells comes from most."""
         for one in reversed(self.lengths):
             if one.shares:
                 k = int(np.argmax(one.shares))
-                return INPUTS[k], one.shares[k]
+                return one.theory, INPUTS[k], one.shares[k]
         return None
+
+    @property
+    def expected(self) -> float | None:
+        """Critical length [m] of the last theory that has one."""
+        return next((one.value for one in reversed(self.lengths) if one.value and one.value < CAP), None)
 
 
 def stability_of(column: Column, samples: int = SAMPLES, use_weac: bool = True, energy: float | None = None
@@ -88,8 +102,22 @@ def stability_of(column: Column, samples: int = SAMPLES, use_weac: bool = True, 
         lengths.append(_length("weac", by_weac, column, columns[some], rows[some]))
     normal, shear = column.stresses
     speed, way = crack_speed(column)
-    known = next((one.value for one in reversed(lengths) if one.value), None)
-    return Stability(normal, shear, tuple(lengths), speed, way, tension(column, known) if known else None)
+    found = Stability(normal, shear, tuple(lengths), speed, way, None)
+    cut = found.expected
+    if cut is not None:
+        found = replace(found, tension=tension(column, cut))
+    if not columns:
+        return found
+    found = replace(found, speeds=_interval([crack_speed(one)[0] for one in columns]))
+    if cut is None:
+        return found
+    tensions = [tension(one, cut) for one in columns]
+    return replace(found, tensions=_interval(tensions), tears=float(np.mean(np.array(tensions) >= 1.0)))
+
+
+def _interval(values):
+    low, high = np.quantile(values, INTERVAL)
+    return float(low), float(high)
 
 
 def by_strength(column: Column) -> float | None:
@@ -177,20 +205,22 @@ def _sampled(column, row, energy_too):
         plates.append(replace(plate, density=rho, youngs_modulus=mechanics.youngs_modulus(rho, law)))
     weak = column.weak
     rho = dense(weak.density, weak.source, "weak-layer density")
-    strength = None if weak.strength is None else weak.strength * math.exp(
-        mechanics.STRENGTH_SCATTER * of["weak-layer strength"])
+    strength = None
+    if weak.strength is not None:  # it follows the density by its own law
+        strength = weak.strength * (rho / weak.density) ** weak.strength_exponent * math.exp(
+            mechanics.STRENGTH_SCATTER * of["weak-layer strength"])
     energy = weak.energy * math.exp(mechanics.COLLAPSE_SCATTER * of["collapse energy"]) if energy_too else weak.energy
     return replace(
         column, plates=tuple(plates), angle=float(np.clip(column.angle + ANGLE_SCATTER * of["slope angle"], 0.0, 80.0)),
         weak=replace(weak, density=rho, youngs_modulus=mechanics.youngs_modulus(rho, law), strength=strength,
-                     energy=energy))
+                     energy=energy, size=weak.size * math.exp(SIZE_SCATTER * of["grain size"])))
 
 
 def _length(name, critical, column, columns, rows):
     value = critical(column)
     if value is None:
         return Length(name, None, why="no law of strength for this grain form")
-    why = "fails by itself: its strength is below the shear stress of the slab" if value == 0.0 else (
+    why = "would fail under the weight of the slab alone" if value == 0.0 else (
         f"longer than {CAP:g} m" if value >= CAP else "")
     if not len(columns):
         return Length(name, value, why=why)

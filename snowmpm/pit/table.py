@@ -18,6 +18,7 @@ from snowmpm.errors import InputError, did_you_mean, shown_line
 from snowmpm.pit.caaml import DENSITIES, LENGTHS, SIZES
 from snowmpm.pit.profile import Layer, SnowProfile, StabilityTest, checked
 from snowmpm.quantities.snow_codes import hardness_index, main_class
+from snowmpm.reading.limited import read_text_limited
 
 COLUMNS = {"top": LENGTHS, "bottom": LENGTHS, "thickness": LENGTHS, "size": SIZES, "density": DENSITIES, "form": None,
            "second_form": None, "hardness": None, "moisture": None, "comment": None}
@@ -25,18 +26,16 @@ COLUMNS = {"top": LENGTHS, "bottom": LENGTHS, "thickness": LENGTHS, "size": SIZE
 USUAL = {"top": "cm", "bottom": "cm", "thickness": "cm", "size": "mm", "density": "kg/m3"}
 """Units where none is given."""
 KEYS = ("name", "time", "elevation", "aspect", "slope_angle", "latitude", "longitude", "test")
-MAX_BYTES = 4 << 20
+MAX_BYTES = 1 << 20
+CODE = re.compile(r"[A-Za-z]{2,6}")
+"""Of a grain form."""
+UNITS = {"elevation": "m", "slope_angle": "degrees", "latitude": "degrees", "longitude": "degrees"}
 KINDS = ("PST", "ECT", "CT", "RB")
 
 
 def read_csv(path):
     """The profile of a file. Raises InputError, and OSError."""
-    if path.stat().st_size > MAX_BYTES:
-        raise InputError(f"{path}: too large for a table of layers: {path.stat().st_size >> 20} MiB")
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file (UTF-8)") from None
+    lines = read_text_limited(path, MAX_BYTES).splitlines()
     about, tests, rows = {}, [], []
     for n, line in enumerate(lines, 1):
         if line.lstrip().startswith("#"):
@@ -88,7 +87,8 @@ def _columns(path, n, line):
         found.append((name, None if units is None else units[unit]))
     names = dict(found)
     if not ({"top", "bottom"} <= names.keys() or "thickness" in names):
-        raise InputError(f"{path}: columns must have top and bottom, or thickness")
+        semicolons = "; cells are separated by commas, not semicolons" if ";" in line else ""
+        raise InputError(f"{path}: columns must have top and bottom, or thickness{semicolons}")
     return found
 
 
@@ -113,15 +113,19 @@ def _layer(path, n, line, columns, depth):
     if bottom is None:
         raise InputError(f"{path}: line {n}: neither bottom nor thickness")
     form, hardness = texts.get("form", ""), texts.get("hardness", "")
-    for text, name, sound in ((form, "form", main_class(form)), (hardness, "hardness", hardness_index(hardness))):
+    second = texts.get("second_form", "")
+    for text, name, sound in (
+            (form, "form", CODE.fullmatch(form) and main_class(form)),
+            (second, "form", CODE.fullmatch(second) and main_class(second)),
+            (hardness, "hardness", hardness_index(hardness))):
         if text and not sound:
             raise InputError(f"{path}: line {n}: {name} = {shown_line(text, 20)!r}: must be "
                              + ("a code such as PP, DF, RG, FC, DH, SH, MF, MFcr, IF" if name == "form" else
                                 "F, 4F, 1F, P, K or I, with + or -, or an index from 1 to 6"))
     index = hardness_index(hardness)
-    return Layer(top, bottom, form, texts.get("second_form", ""), values.get("size"),
-                 None if index is None else (index, index), values.get("density"), texts.get("moisture", "")[:10],
-                 comment=shown_line(texts.get("comment", ""), 300))
+    return Layer(top, bottom, form, second, values.get("size"),
+                 None if index is None else (index, index), values.get("density"),
+                 shown_line(texts.get("moisture", ""), 10), comment=shown_line(texts.get("comment", ""), 300))
 
 
 def _test(path, n, text):
@@ -140,6 +144,8 @@ def _test(path, n, text):
                 lengths[found[1]] = float(found[3]) * LENGTHS[found[2]]
             except ValueError:
                 raise InputError(f"{path}: line {n}: {shown_line(part, 40)!r}: must be a number") from None
+        elif re.match(r"(depth|cut|column)\b", part):
+            raise InputError(f"{path}: line {n}: {shown_line(part, 40)!r}: must be as depth [cm] 45")
         elif part:
             words.append(part)
     return StabilityTest(kind, lengths.get("depth"), shown_line(" ".join(words), 40), lengths.get("cut"),
@@ -161,5 +167,5 @@ def _number(path, about, key):
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{path}: {key} = {about[key]!r}: must be a number")
+        raise InputError(f"{path}: {key} = {about[key]!r}: must be a number without a unit, in {UNITS[key]}")
     return value

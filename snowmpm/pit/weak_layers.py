@@ -20,37 +20,51 @@ LIGHTER = 0.8
 """Density of a weak layer over that of its neighbours, where grain forms are not known: chosen."""
 LEAST_SLAB = 0.05
 """Thickness [m] below which what lies above is no slab."""
-POINTS = {"PST": 30, "concern": 20, "ECTP": 15, "fails": 8}
-"""Weight of a saw test that ran to the end, a mark of the observer, an ECT that propagated, and any other failure."""
+POINTS = {"PST": 30, "concern": 20, "ECTP": 15, "fails": 1}
+"""Weight of a saw test that ran to the end, a mark of the observer, an ECT that propagated, and any other failure,
+beside the points of the threshold sum: chosen."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """index: of its layer from the top; score; points: of six; reasons: words."""
+    """index: of its layer from the top; score; points: of six; reasons: words; depth: at which it fails [m], its top,
+    or that of the test which counts most."""
 
     index: int
     score: float
     points: int
     reasons: tuple[str, ...]
+    depth: float
+
+    @property
+    def sure(self) -> bool:
+        """Whether a test or a mark names it, or five points of six."""
+        return self.score - self.points >= POINTS["ECTP"] or self.points >= UNSTABLE
 
 
 def candidates(profile: SnowProfile) -> list[Candidate]:
     """Layers that may be the weak one, the most likely first; each has a reason."""
-    found = []
     if not any(layer.form for layer in profile.layers):
         return _light_layers(profile)
+    tested: dict[int, list] = {}
+    for test in profile.tests:
+        if test.depth is not None and _worth(test) and (k := profile.index_at(test.depth)) is not None:
+            tested.setdefault(k, []).append(test)
+    found = []
     for k, layer in enumerate(profile.layers):
-        if layer.top < LEAST_SLAB or is_crust(layer.form):
+        if k == 0 or layer.top < LEAST_SLAB or is_crust(layer.form):
             continue
         points, reasons = _threshold_sum(profile, k)
-        score = float(points)
+        score, depth, most = float(points), layer.top, 0
         if layer.concern:
             score, reasons = score + POINTS["concern"], ["marked by the observer", *reasons]
-        for test in profile.tests:
-            if test.depth is not None and profile.index_at(test.depth) == k and (worth := _worth(test)):
-                score, reasons = score + worth, [str(test), *reasons]
-        if score >= UNSTABLE - 1 or layer.concern or any(main_class(layer.form) == one for one in PERSISTENT):
-            found.append(Candidate(k, score, points, tuple(dict.fromkeys(reasons))))
+        for test in tested.get(k, ()):
+            worth = _worth(test)
+            score, reasons = score + worth, [str(test), *reasons]
+            if worth > most:
+                most, depth = worth, max(test.depth, layer.top)
+        if score >= UNSTABLE - 1 or layer.concern or k in tested or main_class(layer.form) in PERSISTENT:
+            found.append(Candidate(k, score, points, tuple(dict.fromkeys(reasons)), min(depth, layer.middle)))
     return sorted(found, key=lambda one: (-one.score, one.index))
 
 
@@ -63,7 +77,7 @@ def _light_layers(profile):
             continue
         if own < LIGHTER * min(above, below):
             found.append(Candidate(k, min(above, below) / own, 0, (
-                f"{own:.0f} kg/m3 between {above:.0f} and {below:.0f}",)))
+                f"{own:.0f} kg/m3 between {above:.0f} and {below:.0f}",), profile.layers[k].top))
     return sorted(found, key=lambda one: (-one.score, one.index))
 
 
@@ -89,7 +103,7 @@ def _threshold_sum(profile, k):
         reasons.append(f"hardness {hardness_code(min(layer.hardness))}")
     steps = [step for one in neighbours if (step := _hardness_step(layer, one)) is not None]
     if steps and max(steps) >= harder - 1e-9:
-        reasons.append(f"{max(steps):.1f} steps softer than a neighbour")
+        reasons.append(f"{max(steps):.1f} hand-hardness steps softer than a neighbour")
     gaps = [gap for one in neighbours if (gap := _size_gap(layer, one, profile.modelled)) is not None]
     if gaps and max(gaps) >= coarser - 1e-9:
         reasons.append(f"grains {100 * max(gaps):.0f} % larger than a neighbour's" if profile.modelled else

@@ -3,7 +3,8 @@
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
+from snowmpm.reading.limited import read_limited
 
 MAX_BYTES = 32 << 20
 MAX_DEPTH = 100
@@ -15,8 +16,7 @@ def read_xml(path, namespaces=False):
     Raises InputError for what cannot be read, is no XML, is too large or nested too deeply, and for a document type: no
     entity is ever expanded or fetched. OSError is left to the caller.
     """
-    if (size := path.stat().st_size) > MAX_BYTES:
-        raise InputError(f"{path}: too large: {size >> 20} MiB, at most {MAX_BYTES >> 20} are read")
+    content = read_limited(path, MAX_BYTES)
     builder, depth = TreeBuilder(), 0
     parser = expat.ParserCreate(namespace_separator=" ") if namespaces else expat.ParserCreate()
 
@@ -38,9 +38,11 @@ def read_xml(path, namespaces=False):
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = builder.data, doctype
     try:
-        parser.Parse(path.read_bytes(), True)
+        parser.Parse(content, True)
     except expat.ExpatError as error:
         raise InputError(f"{path}: not valid XML: {error}") from None
+    except (LookupError, ValueError) as error:  # an encoding that Python does not have, or that takes several bytes
+        raise InputError(f"{path}: its encoding cannot be read: {shown_line(error, 100)}; UTF-8 can") from None
     root: Element = builder.close()
     return root
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from snowmpm.pit import mechanics
@@ -38,8 +39,34 @@ def test_where_a_density_is_from(layer, density, source):
     assert mechanics.density(layer) == (pytest.approx(density, abs=1.0), source)
 
 
-def test_hardness_alone_tells_no_density():
-    assert mechanics.density(Layer(0.0, 0.1, hardness=(3.0, 3.0))) is None
+def test_hardness_alone_tells_a_density_and_nothing_tells_none():
+    """The mean of the forms, from fist to knife."""
+    for step, mean in enumerate(np.mean(list(GELDSETZER.values()), axis=0), 1):
+        value, source = mechanics.density(Layer(0.0, 0.1, hardness=(step, step)))
+        assert (value, source) == (pytest.approx(mean, rel=0.03), "hardness alone")
+    assert mechanics.density(Layer(0.0, 0.1)) is None
+
+
+@pytest.mark.parametrize(("form", "density"), [
+    ("PP", 84.9), ("PPgp", 162.3), ("DF", 136.3), ("RG", 247.4), ("RGxf", 220.6), ("FC", 248.2), ("FCxr", 288.8),
+    ("DH", 252.8), ("MFcr", 292.3), ("SH", 125.0)])
+def test_densities_of_forms_are_the_means_of_the_paper(form, density):
+    assert mechanics.density(Layer(0.0, 0.1, form))[0] == pytest.approx(density, rel=0.004)
+
+
+def test_strengths_heights_and_limits_are_those_of_their_sources():
+    """Written out once more, with other units: kPa, mm, shares of the density of ice."""
+    assert mechanics.tensile_strength(250.0) == pytest.approx(1e3 * 240.0 * (250.0 / 917.0) ** 2.44, rel=1e-6)
+    assert mechanics.collapse_height(0.02) == pytest.approx(1e-3 * 4.70 * (1.0 - np.exp(-20.0 / 7.78)), rel=1e-6)
+    assert mechanics.youngs_modulus(250.0) == pytest.approx(1e6 * 6500.0 * (250.0 / 917.0) ** 4.4, rel=1e-6)
+    assert mechanics.youngs_modulus(40.0) == mechanics.youngs_modulus(50.0)
+    assert mechanics.youngs_modulus(600.0) == mechanics.youngs_modulus(500.0) > mechanics.youngs_modulus(495.0)
+    for form, rho, first, exponent in (("MF", 400.0, 21.0, 1.24), ("SH", 150.0, 18.5, 2.11)):
+        wanted = 1e3 * first * (rho / 917.0) ** exponent
+        assert mechanics.shear_strength(Layer(0.0, 0.1, form), rho) == pytest.approx(wanted, rel=1e-6)
+    scatter = mechanics.STRENGTH_SCATTER, mechanics.COLLAPSE_SCATTER, mechanics.DENSITY_SCATTER["measured"]
+    assert scatter == (0.35, 0.9, 0.05)
+    assert mechanics.COLLAPSE * np.exp(2.0 * mechanics.COLLAPSE_SCATTER) == pytest.approx(2.7, rel=0.3)  # of the field
 
 
 @pytest.mark.parametrize("law", MODULI)
@@ -79,7 +106,8 @@ def test_without_tests_the_threshold_sum_names_it(tmp_path):
     read = replace(read_profile(write(tmp_path)), tests=())
     first = candidates(read)[0]
     assert (read.layers[first.index].form, first.points) == ("DH", 6)
-    assert first.reasons == ("depth hoar", "grains of 2.5 mm", "hardness F", "3.0 steps softer than a neighbour",
+    assert first.reasons == ("depth hoar", "grains of 2.5 mm", "hardness F",
+                             "3.0 hand-hardness steps softer than a neighbour",
                              "grains 2.1 mm larger than a neighbour's", "no deeper than a metre")
 
 

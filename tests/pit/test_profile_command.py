@@ -2,12 +2,13 @@
 
 import csv
 import json
+import os
 
 import pytest
 
 from snowmpm.errors import InputError
 from snowmpm.pit import batch
-from tests.support.snow_pits import PRO, caaml, write
+from tests.support.snow_pits import CSV, PRO, caaml, write
 
 
 @pytest.fixture
@@ -21,7 +22,7 @@ def pits(tmp_path, monkeypatch):
         write(folder, name)
     write(folder / "winter", "steep.xml", caaml(angle="42"))
     write(folder / "winter", "broken.xml", caaml()[:700])
-    write(folder / "winter", "unknown.xml", caaml([(0, 20, "", 1.0, "1F", None), (20, 25, "DH", 1.0, "F", None)],
+    write(folder / "winter", "unknown.xml", caaml([(0, 20, "", 1.0, "", None), (20, 25, "DH", 1.0, "F", None)],
                                                   tests=()))
     return folder
 
@@ -31,7 +32,7 @@ def test_one_profile(cli, tmp_path):
     done = cli("profile", str(path), "-o", str(tmp_path / "out"))
     assert done.exit_code == 0, done.output
     for words in ("Made-up slope (CAAML): 2026-01-28 13:00, 2100 m, N, 36 degrees", ">    45 - 48", "depth hoar",
-                  "energy, WEAC", "measured: PST 32/100 (End) at 45 cm: theory over it", "variance",
+                  "energy, WEAC", "measured: PST 32/100 (End) at 45 cm: computed over measured", "variance",
                   "assumed: density by hardness and form"):
         assert words in done.output
     values = json.loads((tmp_path / "out" / "stability.json").read_text(encoding="utf-8"))
@@ -78,12 +79,24 @@ def test_refused_and_nothing_written(cli, tmp_path, options, message):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_profile_without_a_weak_layer_says_how_to_name_one(cli, tmp_path):
+def test_a_profile_without_a_weak_layer_is_drawn_and_says_how_to_name_one(cli, tmp_path):
     path = write(tmp_path, text=caaml([(0, 20, "RG", 0.3, "1F", None), (20, 60, "RG", 0.3, "P", None)], tests=()))
     done = cli("profile", str(path), "-o", str(tmp_path / "out"))
-    assert done.exit_code == 2
-    assert "no candidate for the weak layer" in done.output
+    assert done.exit_code == 0
+    assert "No candidate for the weak layer" in done.output
     assert "--layer CM names one" in done.output
+    assert sorted(file.name for file in (tmp_path / "out").glob("*.*") if file.name[0] != ".") == [
+        "profile.png", "stability.json"]
+    done = cli("profile", str(path), "-o", str(tmp_path / "out"), "--layer", "30")
+    assert done.exit_code == 0
+    assert "Weak layer at 20 cm" in done.output
+
+
+def test_wet_snow_and_a_crack_that_arrested_are_told(cli, tmp_path):
+    text = caaml().replace(">PP<", ">MFpc<").replace(">End<", ">Arr<")
+    done = cli("profile", str(write(tmp_path, text=text)), "-o", str(tmp_path / "out"))
+    assert "moist or wet snow" in done.output
+    assert "PST 32/100 (Arr) at 45 cm: the crack did not run to the end" in done.output
 
 
 def test_a_file_of_the_user_is_kept(cli, tmp_path):
@@ -104,10 +117,10 @@ def test_a_folder_becomes_one_table(cli, pits, tmp_path):
     assert "not valid XML" in rows["broken.xml"]["cannot"]
     assert "density is missing" in rows["unknown.xml"]["cannot"]
     assert float(rows["steep.xml"]["slope_angle_deg"]) == 42.0
-    assert (rows["pit.xml"]["test"], rows["pit.xml"]["cut_m"]) == ("End", "0.32")
+    assert (rows["pit.xml"]["test"], rows["pit.xml"]["cut_m"]) == ("PST End", "0.32")
     assert rows["pit.pro"]["test"] == ""
     assert float(rows["pit.xml"]["strength_low_m"]) < float(rows["pit.xml"]["strength_m"])
-    assert "6 profiles, 6 rows; 2 cannot tell:" in done.output
+    assert "6 profiles, 6 rows, of which 2 are not evaluated:" in done.output
     assert (tmp_path / "out" / "profiles.png").stat().st_size > 5000
 
 
@@ -143,6 +156,40 @@ def test_a_killed_line_does_not_swallow_the_next(pits, tmp_path):
     assert len((target / "results.jsonl").read_text().splitlines()) == 6
 
 
+def test_whatever_a_file_does_the_others_go_on(pits, tmp_path, monkeypatch):
+    """Encodings that Python does not have, names that are no text, pipes, links to elsewhere, faults of our own."""
+    outside = write(tmp_path, "outside.csv", CSV)
+    (pits / "link.csv").symlink_to(outside)
+    write(pits, "odd.xml", caaml().replace("UTF-8", "x-foo"))
+    write(pits, "japan.xml", caaml().replace("UTF-8", "shift_jis"))
+    os.mkfifo(pits / "pipe.csv")
+    (pits / os.fsdecode(b"\xff.csv")).write_text(CSV, encoding="utf-8")
+    real = batch.read_profile
+    monkeypatch.setattr(batch, "read_profile", lambda path: 1 / 0 if str(path).endswith("steep.xml") else real(path))
+    found = batch.run(pits, tmp_path / "out", workers=1, quiet=True)
+    with (tmp_path / "out" / "profiles.csv").open(encoding="utf-8") as file:
+        cannot = {row["file"].rpartition("/")[2]: row["cannot"] for row in csv.DictReader(file)}
+    assert found.record["profiles"] == 10  # without the link
+    assert "encoding cannot be read" in cannot["odd.xml"] and "encoding cannot be read" in cannot["japan.xml"]
+    assert cannot["pipe.csv"] == "not a file"
+    assert "ZeroDivisionError" in cannot["steep.xml"]
+    assert cannot["\\udcff.csv"] == "" == cannot["pit.csv"]
+
+
+@pytest.mark.parametrize("change", [
+    lambda row: row.pop("file"), lambda row: row.update(cut_m="x"), lambda row: row.update(cannot=5),
+    lambda row: row.update(file=[1]), lambda row: row.update(column_m=-1.0), lambda row: row.update(other=1)])
+def test_results_that_somebody_changed_are_refused(pits, tmp_path, change):
+    target = tmp_path / "out"
+    batch.run(pits, target, workers=1, quiet=True)
+    lines = (target / "results.jsonl").read_text().splitlines()
+    entry = json.loads(lines[0])
+    change(entry["rows"][0])
+    (target / "results.jsonl").write_text("\n".join([json.dumps(entry), *lines[1:]]) + "\n")
+    with pytest.raises(InputError, match=r"results.jsonl: line 1: not written by this program"):
+        batch.run(pits, target, resume=True, quiet=True)
+
+
 @pytest.mark.slow
 def test_workers_find_the_same(pits, tmp_path):
     pytest.importorskip("distributed")
@@ -168,8 +215,10 @@ def test_statistics_count_what_they_say():
 
 
 def test_cells_are_no_formulas():
-    assert batch._cell("=1+1") == "'=1+1"
-    assert batch._cell(None) == ""
+    for text in ("=1+1", "+1", "-1", "@x", "\tx"):
+        assert batch._cell(text) == f"'{text}"
+    assert batch._cell(None) == batch._cell("") == ""
+    assert batch._cell(-1.5) == "-1.5"
 
 
 @pytest.mark.parametrize(("make", "message"), [

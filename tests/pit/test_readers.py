@@ -1,5 +1,7 @@
 """The same snow in each format, and what each refuses."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -43,12 +45,16 @@ def test_lengths_in_other_units_are_converted(tmp_path):
     assert read.depth == pytest.approx(0.53)
 
 
-def test_a_density_of_less_than_half_a_layer_is_not_the_layers(tmp_path):
+def test_a_density_is_of_the_layer_that_holds_half_of_the_sample_or_is_half_sampled():
     from snowmpm.pit.caaml import with_densities
     from snowmpm.pit.profile import Layer
 
-    few, most = with_densities([Layer(0.0, 1.0), Layer(1.0, 2.0)], [(0.0, 0.4, 100.0), (1.0, 1.6, 200.0)])
-    assert (few.density, most.density) == (None, 200.0)
+    layers = [Layer(0.0, 1.0), Layer(1.0, 2.0), Layer(2.0, 2.1)]
+    samples = [(0.1, 0.2, 100.0), (0.5, 0.8, 140.0), (0.95, 1.3, 200.0), (1.9, 2.08, 300.0)]
+    upper, lower, thin = with_densities(layers, samples)
+    assert upper.density == pytest.approx((0.1 * 100.0 + 0.3 * 140.0) / 0.4)
+    assert lower.density == pytest.approx((0.3 * 200.0 + 0.1 * 300.0) / 0.4)
+    assert thin.density == 300.0
 
 
 def test_a_hardness_that_grows_within_a_layer(tmp_path):
@@ -89,11 +95,15 @@ def test_a_penetrometer_finds_the_surface_and_the_soft_layer(tmp_path):
 def test_the_density_of_shot_noise_is_that_of_its_formula():
     """White noise beside its mean: C(1) = 0.5 C(0) where each sample is the mean of two neighbours."""
     noise = np.random.default_rng(2).normal(0.0, 0.05, 200_001)
-    force = 1.0 + 0.5 * (noise[1:] + noise[:-1])
-    _, density = _densities(force, 0.01)
-    delta = 1.5 * 0.01 / 0.5
-    length = (np.pi * 2.5**2 * np.var(force) * delta / (4.0 / 3.0)) ** (1.0 / 3.0)
-    assert np.median(density) == pytest.approx(420.47 - 169.96 * length, rel=0.01)
+    for mean in (0.4, 1.0):
+        force = mean + 0.5 * (noise[1:] + noise[:-1])
+        depth, density = _densities(force, 0.01)
+        delta = 1.5 * 0.01 / 0.5
+        length = (np.pi * 2.5**2 * np.var(force) * delta / (4.0 / 3.0 * mean**2)) ** (1.0 / 3.0)
+        log = np.log(mean)
+        wanted = 420.47 + 102.47 * log - 121.15 * length * log - 169.96 * length
+        assert np.median(density) == pytest.approx(wanted, rel=0.005)
+    assert depth[0] == pytest.approx(0.00125)  # middle of the first window of 2.5 mm
 
 
 def test_force_is_raw_times_factor(tmp_path):
@@ -147,6 +157,42 @@ def test_bad_caaml_says_why(tmp_path, name):
         read_profile(write(tmp_path, text=text))
     assert str(found.value).startswith(str(tmp_path / "pit.xml"))
     assert "\n" not in str(found.value)
+
+
+def test_hostile_numbers_are_refused_and_odd_tests_left_out(tmp_path):
+    for text, message in (
+            (caaml().replace(">-9<", ">-1.7e308<"), "temperature = -1.7e"),
+            (caaml().replace(">2100<", ">1e9<"), "elevation"),
+            (caaml().replace("<avg>1.0</avg>", "<avg>1e-300</avg>"), "grain size = 1e-300 mm"),
+            (PRO.replace("46.8", "nan"), "Latitude = 'nan'"), (PRO.replace("2540", "inf"), "Altitude = 'inf'"),
+            (CSV.replace("column [cm] 100", "column [cm] -100"), "column = -1 m"),
+            (CSV.replace("cut [cm] 32", "cut 32"), "'cut 32': must be as depth"),
+            (CSV.replace(" PP,", " PP\x1b[2J,"), "form = 'PP"),
+            (CSV.replace("slope_angle = 36", "slope_angle = 36 deg"), "without a unit, in degrees"),
+            ("top; bottom\n0; 20\n", "column top; bottom: must be one of")):
+        name = {"<?x": "pit.xml", "[ST": "pit.pro"}.get(text[:3], "pit.csv")
+        with pytest.raises(InputError, match=re.escape(message)):
+            read_profile(write(tmp_path, name, text))
+    read = read_profile(write(tmp_path, "pit.csv", CSV.replace("cut [cm] 32", "cut [cm] 320").replace(
+        "# test = ECT, depth [cm] 45", "# test = ECT, depth [cm] 450")))
+    assert read.tests == ()
+    assert "cut longer than its column: left out" in read.notes[0]
+    assert "below the profile: left out" in read.notes[1]
+
+
+def test_snow_that_is_not_described_is_told(tmp_path):
+    read = read_profile(write(tmp_path, text=caaml([(5, 15, "PP", 1.0, "F", None), (20, 30, "RG", 0.4, "1F", None)])))
+    assert read.notes[:2] == ("nothing is known from 15 to 20 cm: its weight is left out",
+                              "nothing is known of the uppermost 5 cm: its weight is left out")
+
+
+def test_a_profile_of_many_layers_and_tests_is_refused_at_once(tmp_path):
+    many = caaml([(k, k + 1, "RG", 0.4, "1F", None) for k in range(1001)])
+    with pytest.raises(InputError, match="1001 layers"):
+        read_profile(write(tmp_path, text=many))
+    tests = [("ComprTest", 45, "<testScore>12</testScore>")] * 201
+    with pytest.raises(InputError, match="201 tests: at most 1000 and 200"):
+        read_profile(write(tmp_path, text=caaml(tests=tests)))
 
 
 BAD_PRO = {
