@@ -38,6 +38,9 @@ def profile(
     slope: Slope = None,
     modulus: Modulus = "bergfeld",
     time: Time = None,
+    run: Annotated[
+        bool, typer.Option("--run", help="Run the saw test of the profile, its weak layer an interface: some seconds.")
+    ] = False,
     every: Annotated[bool, typer.Option("--all", help="Every profile of a folder: one table and one picture.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="With --all: keep what an earlier run found.")] = False,
     workers: Annotated[int | None, typer.Option(min=1, metavar="N", help="With --all: processes; one a core.")] = None,
@@ -60,17 +63,18 @@ def profile(
     if slope is not None and not 0.0 <= slope <= 70.0:
         raise InputError.at("--slope", slope, "must be from 0 to 70 degrees")
     if every:
-        if layer is not None or time is not None:
-            raise InputError(f"{'--layer' if layer is not None else '--time'}: goes with one profile, not with --all")
+        for option, given in (("--layer", layer is not None), ("--time", time is not None), ("--run", run)):
+            if given:
+                raise InputError(f"{option}: goes with one profile, not with --all")
         _all(file, output, slope, modulus, quiet, as_json, resume=resume, workers=workers, scheduler=scheduler)
         return
     for option, given in (("--resume", resume), ("--workers", workers), ("--scheduler", scheduler)):
         if given:
             raise InputError(f"{option}: goes with --all")
-    _one(file, output, layer, slope, modulus, time, quiet, as_json)
+    _one(file, output, layer, slope, modulus, time, run, quiet, as_json)
 
 
-def _one(file, output, depth, slope, modulus, time, quiet, as_json):
+def _one(file, output, depth, slope, modulus, time, run, quiet, as_json):
     import json
 
     from snowmpm.draft import write_text
@@ -100,8 +104,11 @@ def _one(file, output, depth, slope, modulus, time, quiet, as_json):
         lines = [*record.told(read, found, index, column, stability)]
         made, refused = _scenes(read, column, stability)
     written = [render_pit(read, folder / "profile.png", weak=index),
-               write_text(folder / "stability.json", json.dumps(values, indent=1, ensure_ascii=False) + "\n"),
                *(write_text(folder / name, text) for name, text in made)]
+    if run and made:
+        values["interface"], outcome = _saw_test(folder)
+        lines.append(outcome)
+    written.append(write_text(folder / "stability.json", json.dumps(values, indent=1, ensure_ascii=False) + "\n"))
     if as_json:
         print_json({**values, "written": [str(path) for path in written], "refused": refused})
         return
@@ -143,6 +150,18 @@ def _scenes(read, column, stability):
     except InputError as error:
         refused.append(str(error))
     return made, refused
+
+
+def _saw_test(folder):
+    """What the saw test of the profile found, as numbers and as a line."""
+    import snowmpm
+    from snowmpm.io.saw_words import outcome
+
+    done = snowmpm.run(snowmpm.load_scene(folder / "saw_test.toml"), folder / "saw_test")
+    found = done.summary.get("saw_test", {})
+    numbers = {name: found.get(name) for name in (
+        "critical_length", "crack_speed", "collapse_height", "fracture_energy", "runs_to_the_end", "stopped")}
+    return numbers, f"  saw test by MPM, weak layer as an interface: {outcome(found, done.saw_test)}"
 
 
 def _all(folder, output, slope, modulus, quiet, as_json, **how):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from snowmpm import Simulation, load_scene
+from snowmpm import load_scene
 from snowmpm.errors import InputError
 from snowmpm.pit import mechanics, release_scenes, scenes
 from snowmpm.pit.column import Plate, column_of
@@ -106,16 +106,3 @@ def test_a_name_from_a_file_writes_no_scene(column, tmp_path):
     scene = _written(tmp_path, scenes.saw_test_scene(column, law, "saw_test", read.name, 0.4))
     assert scene.name == "saw_test"
     assert scene.solver.dx > 0.01
-
-
-@pytest.mark.slow
-def test_the_saw_test_of_a_profile_finds_a_length_between_the_theories(column, tmp_path):
-    """The interface with the energy and strength of the profile: within a factor of two of WEAC."""
-    law = scenes.weak_law(column)
-    scene = _written(tmp_path, scenes.saw_test_scene(column, law, "saw_test", "here", 0.4))
-    simulation = Simulation(scene)
-    simulation.run(tmp_path / "run")
-    from snowmpm.io import Run
-
-    found = Run(tmp_path / "run").summary["saw_test"]["critical_length"]
-    assert 0.15 < found < 1.2

@@ -8,6 +8,7 @@ import pytest
 
 from snowmpm.errors import InputError
 from snowmpm.pit import batch
+from tests.support.project import ROOT
 from tests.support.snow_pits import CSV, PRO, caaml, write
 
 
@@ -70,6 +71,8 @@ def test_layer_slope_and_law_are_the_users(cli, tmp_path):
     (("--time", "x"), "--time x: "),
     (("--resume",), "--resume: goes with --all"),
     (("--workers", "2"), "--workers: goes with --all"),
+    (("--slope", "75"), "--slope = 75.0: must be from 0 to 70 degrees"),
+    (("--all", "--run"), "--run: goes with one profile, not with --all"),
 ])
 def test_refused_and_nothing_written(cli, tmp_path, options, message):
     path = write(tmp_path)
@@ -188,6 +191,18 @@ def test_results_that_somebody_changed_are_refused(pits, tmp_path, change):
     (target / "results.jsonl").write_text("\n".join([json.dumps(entry), *lines[1:]]) + "\n")
     with pytest.raises(InputError, match=r"results.jsonl: line 1: not written by this program"):
         batch.run(pits, target, resume=True, quiet=True)
+
+
+@pytest.mark.slow
+def test_the_saw_test_of_the_profile_is_run_and_told(cli, tmp_path):
+    """Critical length of the interface, crack speed and whether it ran to the end; within a factor of two of WEAC."""
+    done = cli("profile", str(ROOT / "docs" / "snow_pit.csv"), "-o", str(tmp_path / "out"), "--run")
+    assert done.exit_code == 0, done.output
+    assert "saw test by MPM, weak layer as an interface: critical length" in done.output
+    values = json.loads((tmp_path / "out" / "stability.json").read_text(encoding="utf-8"))
+    length = values["interface"]["critical_length"]
+    assert 0.5 < length / values["critical_cut_length"]["weac"]["value"] < 2.0
+    assert values["interface"]["runs_to_the_end"] is True
 
 
 @pytest.mark.slow
