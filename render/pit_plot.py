@@ -98,8 +98,7 @@ def _words(axes, profile, weak):
                 hardness_code(layer.mean_hardness) if layer.hardness else "",
                 f"{layer.density:.0f}" if layer.density else ""), strict=True):
             axes.text(x, y, text, ha="center", va="center", fontsize=7.5, color=colour, fontweight=weight)
-    tests = sorted((test for test in profile.tests if test.depth is not None and test.kind != "SNOWPACK"),
-                   key=lambda test: test.depth)
+    tests = sorted((test for test in profile.tests if test.depth is not None), key=lambda test: test.depth)
     places = _spread([100.0 * test.depth for test in tests], LEAST_GAP * whole, whole)
     for test, y in zip(tests, places, strict=True):
         text = str(test).rpartition(" at ")[0]

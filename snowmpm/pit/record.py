@@ -65,9 +65,7 @@ def layers_told(profile, found, index=None):
                f"      {'-' if known is None else f'{known[0]:.0f}'}"
                f"{'' if known is None or known[1] == 'measured' else f' (by {known[1]})'}"
                f"{f'  {layer.moisture}' if layer.moisture and layer.moisture != 'D' else ''}".rstrip())
-    for test in profile.tests:
-        if test.kind != "SNOWPACK":
-            yield f"  {test}"
+    yield from (f"  {test}" for test in profile.tests)
     if not found:
         yield ("No candidate for the weak layer: no test failed, nothing is marked, no persistent grains; --layer CM"
                " names one")

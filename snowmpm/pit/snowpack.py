@@ -8,15 +8,13 @@ type one more, of the surface; so values are taken from the top.
 import math
 
 from snowmpm.errors import InputError, shown_line
-from snowmpm.pit.profile import Layer, SnowProfile, StabilityTest, checked
+from snowmpm.pit.profile import Layer, SnowProfile, checked
 from snowmpm.quantities.snow_codes import of_swiss
 from snowmpm.reading.limited import read_text_limited
 
-HEIGHT, DENSITY, TEMPERATURE, SIZE, GRAIN, HAND, CUT = "0501", "0502", "0503", "0512", "0513", "0534", "0606"
+HEIGHT, DENSITY, TEMPERATURE, SIZE, GRAIN, HAND = "0501", "0502", "0503", "0512", "0513", "0534"
 MAX_BYTES = 512 << 20
-CODES = (HEIGHT, DENSITY, TEMPERATURE, SIZE, GRAIN, HAND, CUT)
-NO_CUT = 3.0
-"""Critical cut length [m] that SNOWPACK writes where it has none: its cap."""
+CODES = (HEIGHT, DENSITY, TEMPERATURE, SIZE, GRAIN, HAND)
 LARGEST_INDEX = 6.0
 """Of hand hardness; larger values are forces [N], as a setting of SNOWPACK has it."""
 
@@ -88,37 +86,38 @@ def _profile(path, station, step, notes):
     if any(top <= bottom for top, bottom in zip(tops, bottoms, strict=True)):
         raise InputError(f"{path}: line {step[HEIGHT][0]}: heights of elements must grow from the bottom up")
 
-    def of(code, extra=0):
+    elements = len(_values(path, step, DENSITY) or tops)
+
+    def of(code, surface=False):
         values = _values(path, step, code)
         if values is None:
             return [None] * len(tops)
-        if extra and len(values) > len(tops):
+        if surface and len(values) in (len(tops) + 1, elements + 1):
             values = values[:-1]
         if len(values) < len(tops):
             raise InputError(f"{path}: line {step[code][0]}: {len(values)} values for {len(tops)} elements of snow")
         return values[-len(tops):]
 
-    density, size, hand, cut, warmth = of(DENSITY), of(SIZE), of(HAND), of(CUT), of(TEMPERATURE)
-    grains = of(GRAIN, extra=1)
+    density, size, hand, warmth = of(DENSITY), of(SIZE), of(HAND), of(TEMPERATURE)
+    grains = of(GRAIN, surface=True)
     if any(value is not None and abs(value) > LARGEST_INDEX for value in hand):
         notes.append("hand hardness is in newtons: left out")
         hand = [None] * len(tops)
-    layers, tests = [], []
+    layers = []
     for k in reversed(range(len(tops))):
         index = None if hand[k] is None else abs(hand[k])
         layers.append(Layer(
             top=0.01 * (height - tops[k]), bottom=0.01 * (height - bottoms[k]),
             form="" if grains[k] is None or not 0 <= grains[k] < 1000 else of_swiss(int(grains[k])),
-            size=size[k] or None, hardness=(index, index) if index else None, density=density[k]))
-        if cut[k] is not None and 0.0 < cut[k] < NO_CUT:
-            tests.append(StabilityTest("SNOWPACK", layers[-1].top, "critical cut length", cut[k]))
+            size=size[k] if size[k] and size[k] > 0.0 else None,  # -999: none
+            hardness=(index, index) if index and index >= 0.5 else None, density=density[k]))
     latitude, longitude, angle, altitude = (
         _station(path, station, key) for key in ("Latitude", "Longitude", "SlopeAngle", "Altitude"))
     return SnowProfile(
         name=shown_line(station.get("StationName", path.stem), 100), source=str(path), format="SNOWPACK",
         layers=tuple(layers), time=step["time"], elevation=altitude, slope_angle=angle,
         place=None if latitude is None or longitude is None else (latitude, longitude),
-        aspect=shown_line(station.get("SlopeAzi", ""), 10), tests=tuple(tests), modelled=True, notes=tuple(notes),
+        aspect=shown_line(station.get("SlopeAzi", ""), 10), modelled=True, notes=tuple(notes),
         temperatures=tuple((layer.middle, value) for layer, value in zip(layers, reversed(warmth), strict=True)
                            if value is not None))
 

@@ -69,10 +69,18 @@ def test_snowpack_takes_snow_alone_and_the_last_step_or_the_one_asked_for(tmp_pa
     assert read.modelled
     assert [layer.density for layer in read.layers] == [80.0, 160.0, 220.0, 210.0, 400.0]
     assert read.layers[-1].form == "MFcr"
-    assert [(test.kind, test.cut) for test in read.tests] == [("SNOWPACK", 0.35)]
     assert read_profile(path, "28.01.2026").time == "28.01.2026 12:00:00"
     with pytest.raises(InputError, match=r"--time 01.10.2025: no profile with snow"):
         read_profile(path, "01.10.2025")
+
+
+def test_grain_types_with_and_without_one_of_the_surface(tmp_path):
+    own = "0513,6,772,550,330,220,110,660"
+    for line in (own, "0513,7,0,772,550,330,220,110,660", "0513,5,772,550,330,220,110"):
+        read = read_profile(write(tmp_path, "pit.pro", PRO.replace(own, line)))
+        assert [layer.form for layer in read.layers] == ["PP", "DF", "RG", "DH", "MFcr"], line
+    read = read_profile(write(tmp_path, "pit.pro", PRO.replace("0512,5,1.0,", "0512,5,-999,")))
+    assert read.layers[-1].size is None
 
 
 def test_forces_of_a_hand_are_no_index(tmp_path):

@@ -76,7 +76,6 @@ SlopeAzi= 0.00
 0512,5,1.0,2.5,0.4,0.75,1.0
 0513,6,772,550,330,220,110,660
 0534,5,4,1,3,2,1
-0606,5,3.0,0.35,3.0,3.0,3.0
 """
 """One step without snow, then 20 cm of soil below five elements of snow; sizes and hardness of snow alone."""
 
