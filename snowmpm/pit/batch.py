@@ -102,7 +102,7 @@ def _line(known):
 def digest(job):
     """Of a profile's content and what is done with it."""
     path, *settings = job
-    content = hashlib.sha256(read_limited(path, MOST_BYTES)).hexdigest()
+    content = hashlib.sha256(read_limited(Path(path), MOST_BYTES)).hexdigest()
     return hashlib.sha256(json.dumps([path, content, SAMPLES, *settings]).encode()).hexdigest()
 
 
@@ -119,8 +119,11 @@ def rows_of(job):
 
 
 def _cannot(path, error):
-    said = str(error).removeprefix(f"{path}: ") if isinstance(error, InputError) else (
-        f"cannot be read: {getattr(error, 'strerror', None) or f'{type(error).__name__}: {error}'}")
+    if isinstance(error, InputError):
+        said = str(error).removeprefix(f"{path}: ")
+    else:
+        reason = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+        said = f"cannot be read: {reason}"
     return {"file": path, "cannot": shown_line(said, 300)}
 
 

@@ -106,10 +106,16 @@ def column_of(profile: SnowProfile, index: int, angle: float | None = None,
     plates, sources = [], dict.fromkeys(mechanics.DENSITY_SCATTER, 0)
     weak = profile.layers[index]
     above = list(profile.layers[:index])
-    if depth is not None and weak.top + TOLERANCE < depth < weak.bottom:
+    if depth is not None:  # at the bottom of a layer it fails by its last centimetres
+        depth = min(depth, weak.bottom - min(weak.thickness, THICKEST))
+    if depth is not None and weak.top + TOLERANCE < depth:
         above.append(Layer(**{**vars(weak), "bottom": depth}))
         weak = Layer(**{**vars(weak), "top": depth})
-    for n, layer in enumerate(above, 1):
+    for n, (layer, bottom) in enumerate(zip(above, [0.0, *(one.bottom for one in above)], strict=False), 1):
+        gap = layer.top - bottom
+        if gap > TOLERANCE:  # the file says nothing of it
+            rho, source = _density(where, n, layer)
+            plates.append(Plate(gap * across, rho, mechanics.youngs_modulus(rho, law), source))
         for part in _halves(layer):
             rho, source = _density(where, n, part)
             sources[source] += 1

@@ -150,10 +150,10 @@ def checked(profile: SnowProfile) -> SnowProfile:
         if lower.top < upper.bottom - TOLERANCE:
             raise InputError(f"{where}: layers {n} and {n + 1} overlap: {_cm(upper)} and {_cm(lower)}")
         if lower.top > upper.bottom + TOLERANCE:
-            notes.append(f"nothing is known from {100 * upper.bottom:.4g} to {100 * lower.top:.4g} cm: its weight is"
-                         " left out")
+            notes.append(f"nothing is known from {100 * upper.bottom:.4g} to {100 * lower.top:.4g} cm: taken as the"
+                         " layer below it")
     if layers[0].top > TOLERANCE:
-        notes.append(f"nothing is known of the uppermost {100 * layers[0].top:.4g} cm: its weight is left out")
+        notes.append(f"nothing is known of the uppermost {100 * layers[0].top:.4g} cm: taken as the layer below it")
     angle = profile.slope_angle
     if angle is not None and not 0.0 <= angle <= STEEPEST:
         raise InputError(f"{where}: slope angle = {angle:g} degrees: must be from 0 to {STEEPEST:g}")

@@ -1,20 +1,16 @@
 """Whole files that anybody may have put there: regular ones, of at most so many bytes."""
 
-import os
 import stat
 
 from snowmpm.errors import InputError
 
-NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-"""A pipe would wait for a writer for ever."""
-
 
 def read_limited(path, most):
-    """Bytes of a regular file. Raises InputError for another kind of file and for more than `most` bytes; OSError."""
-    descriptor = os.open(path, os.O_RDONLY | NO_WAIT)
-    with open(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise InputError(f"{path}: not a file")
+    """Bytes of a regular file. Raises InputError for another kind of file, as a pipe, which would wait for a writer for
+    ever, and for more than `most` bytes; OSError."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise InputError(f"{path}: not a file")
+    with path.open("rb") as file:
         content = file.read(most + 1)
     if len(content) > most:
         raise InputError(f"{path}: too large: more than {most >> 20} MiB")

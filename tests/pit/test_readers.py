@@ -190,8 +190,8 @@ def test_hostile_numbers_are_refused_and_odd_tests_left_out(tmp_path):
 
 def test_snow_that_is_not_described_is_told(tmp_path):
     read = read_profile(write(tmp_path, text=caaml([(5, 15, "PP", 1.0, "F", None), (20, 30, "RG", 0.4, "1F", None)])))
-    assert read.notes[:2] == ("nothing is known from 15 to 20 cm: its weight is left out",
-                              "nothing is known of the uppermost 5 cm: its weight is left out")
+    assert read.notes[:2] == ("nothing is known from 15 to 20 cm: taken as the layer below it",
+                              "nothing is known of the uppermost 5 cm: taken as the layer below it")
 
 
 def test_a_profile_of_many_layers_and_tests_is_refused_at_once(tmp_path):
