@@ -89,44 +89,6 @@ def test_what_lies_above_the_depth_of_the_test_belongs_to_the_slab(tmp_path):
     assert [round(plate.density) for plate in deeper.plates] == [210, 202]  # depth hoar, fist, below rounded grains
 
 
-def test_at_the_bottom_of_a_thick_layer_its_last_centimetres_fail(tmp_path):
-    layers = [(0, 20, "RG", 0.4, "1F", None), (20, 50, "FC", 1.5, "F", None), (50, 90, "RG", 0.4, "P", None)]
-    read = read_profile(write(tmp_path, text=caaml(layers, angle="0", tests=())))
-    found = column_of(read, 1, depth=0.5)
-    assert (found.thickness, found.weak.thickness) == pytest.approx((0.45, 0.05))
-
-
-def test_snow_that_is_not_described_weighs_as_the_layer_below_it(tmp_path):
-    layers = [(5, 20, "PP", 1.0, "F", None), (30, 50, "RG", 0.4, "1F", None), (50, 53, "DH", 2.0, "F", None)]
-    found = column_of(read_profile(write(tmp_path, text=caaml(layers, angle="0", tests=()))), 2)
-    assert found.thickness == pytest.approx(0.5)
-    assert [(round(plate.thickness, 3), round(plate.density)) for plate in found.plates] == [
-        (0.2, 202), (0.1, 202), (0.15, 81), (0.05, 81)]
-
-
-def test_a_layer_of_two_hardnesses_counts_as_two(tmp_path):
-    text = caaml().replace("<hardness uom=''>1F</hardness>",
-                           "<hardnessTop uom=''>4F</hardnessTop><hardnessBottom uom=''>P</hardnessBottom>")
-    plates = column_of(read_profile(write(tmp_path, text=text)), 3).plates
-    assert [round(plate.density) for plate in plates[:2]] == [273, 167]
-
-
-def test_of_a_thick_weak_layer_a_part_takes_part(tmp_path):
-    read = read_profile(write(tmp_path, text=caaml().replace(">48<", ">70<").replace(
-        "<thickness uom='cm'>3</thickness>", "<thickness uom='cm'>25</thickness>").replace(
-        "<thickness uom='cm'>42</thickness>", "<thickness uom='cm'>20</thickness>")))
-    assert column_of(read, 3).weak.thickness == THICKEST == 0.05
-
-
-def test_what_lies_above_the_depth_of_the_test_belongs_to_the_slab(tmp_path):
-    read = read_profile(write(tmp_path))
-    whole, deeper = column_of(read, 3), column_of(read, 3, depth=0.47)
-    cos = math.cos(math.radians(36.0))
-    assert deeper.thickness == pytest.approx(whole.thickness + 0.02 * cos)
-    assert deeper.weak.thickness == pytest.approx(0.01 * cos)
-    assert round(deeper.plates[0].density) == 210  # depth hoar, fist
-
-
 def test_no_density_and_no_slab_are_refused(tmp_path):
     layers = [(0, 20, "", 1.0, "", None), (20, 25, "DH", 1.0, "F", None)]
     read = read_profile(write(tmp_path, text=caaml(layers, tests=())))
