@@ -149,6 +149,16 @@ def test_resume_does_only_what_is_missing(pits, tmp_path, monkeypatch):
     assert len(done) == 10
 
 
+def test_the_command_resumes_what_it_wrote_itself(cli, pits, tmp_path):
+    words = ("profile", "--all", str(pits), "-o", str(tmp_path / "out"))
+    assert cli(*words).exit_code == 0
+    assert cli(*words).exit_code == 2  # not anew over it
+    (pits / "later.csv").write_text(CSV, encoding="utf-8")
+    done = cli(*words, "--resume")
+    assert done.exit_code == 0, done.output
+    assert "7 profiles" in done.output
+
+
 def test_a_killed_line_does_not_swallow_the_next(pits, tmp_path):
     target = tmp_path / "out"
     batch.run(pits, target, quiet=True)
