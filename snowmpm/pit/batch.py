@@ -71,7 +71,7 @@ def run(folder, target, slope=None, modulus="bergfeld", resume=False, workers=No
         raise InputError(f"{results} is there already: --resume goes on with it, another -o begins anew")
     overwriting.guard_in(target, (TABLE, PICTURE, SUMMARY))
     target.mkdir(parents=True, exist_ok=True)
-    jobs = [(str(path), slope, modulus) for path in files]
+    jobs = [(str(path), slope, modulus, SAMPLES) for path in files]
     known = _known(results) if resume else {}
     write_text(results, "".join(map(_line, known.items())))  # without a line that a kill cut off
     overwriting.note_changing(results)
@@ -103,17 +103,17 @@ def digest(job):
     """Of a profile's content and what is done with it."""
     path, *settings = job
     content = hashlib.sha256(read_limited(Path(path), MOST_BYTES)).hexdigest()
-    return hashlib.sha256(json.dumps([path, content, SAMPLES, *settings]).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([path, content, *settings]).encode()).hexdigest()
 
 
 def rows_of(job):
     """(path, rows of the table): one a saw test that has a cut length, else one of the likeliest weak layer."""
-    path, slope, modulus = job
+    path, *settings = job
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             profile = read_profile(path)
-            return path, list(_rows(profile, slope, modulus))
+            return path, list(_rows(profile, *settings))
     except Exception as error:  # whatever one file does, the others go on
         return path, [_cannot(path, error)]
 
@@ -127,7 +127,7 @@ def _cannot(path, error):
     return {"file": path, "cannot": shown_line(said, 300)}
 
 
-def _rows(profile: SnowProfile, slope, modulus):
+def _rows(profile: SnowProfile, slope, modulus, samples):
     about = {"file": profile.source, "name": profile.name, "time": profile.time,
              "latitude": profile.place and profile.place[0], "longitude": profile.place and profile.place[1]}
     tests = [test for test in profile.tests if test.kind == "PST" and test.cut and test.depth is not None]
@@ -143,15 +143,15 @@ def _rows(profile: SnowProfile, slope, modulus):
         depth = found[0].depth if test is None else test.depth
         try:
             if (index, depth) not in done:
-                done[index, depth] = _of_layer(profile, index, slope, modulus, depth)
+                done[index, depth] = _of_layer(profile, index, depth, slope, modulus, samples)
             yield {**about, **done[index, depth], **said}
         except InputError as error:
             yield {**about, **said, "cannot": shown_line(str(error).removeprefix(f"{profile.source}: "), 300)}
 
 
-def _of_layer(profile, index, slope, modulus, depth):
+def _of_layer(profile, index, depth, slope, modulus, samples):
     column = column_of(profile, index, slope, modulus, depth)
-    found = stability_of(column, SAMPLES)
+    found = stability_of(column, samples)
     lengths = {f"{one.theory}{end}_m": value for one in found.lengths
                for end, value in (("", one.value), ("_low", one.low), ("_high", one.high))}
     known = "--slope" if slope is not None else "file" if profile.slope_angle is not None else "assumed"
