@@ -182,9 +182,11 @@ def _hypercube(n):
     """(n, inputs) normal deviates; the law of moduli as a uniform number."""
     if not n:
         return np.zeros((0, len(INPUTS)))
-    from scipy.stats import norm, qmc
+    from scipy.stats import norm
 
-    uniform = qmc.LatinHypercube(len(INPUTS), rng=np.random.default_rng(SEED)).random(n)
+    from snowmpm.campaigns.design import shares
+
+    uniform = shares("latin_hypercube", n, len(INPUTS), SEED)
     rows = norm.ppf(uniform)
     rows[:, INPUTS.index("modulus law")] = uniform[:, INPUTS.index("modulus law")]
     return rows
