@@ -128,16 +128,18 @@ def render_scatter(pairs: Any, output: PathLike, title: str, *, dpi: float = 130
     check_ending(output)
     figure = Figure(figsize=(4.2 * max(1, len(pairs)), 4.6), dpi=dpi, layout="constrained")
     figure.suptitle(title, fontsize=11, fontweight="bold", color=INK)
+    figure.supxlabel("Grey: within a factor of 1.5. On the lower edge: 0, a layer that fails under its slab alone.",
+                     fontsize=8, color="0.3")
     lower, upper = 0.04, 4.0
     for axes, (theory, (measured, predicted)) in zip(
             np.atleast_1d(figure.subplots(1, max(1, len(pairs)))), pairs.items(), strict=False):
         plain(axes)
         axes.set(xscale="log", yscale="log", xlim=(lower, upper), ylim=(lower, upper), aspect="equal",
-                 xlabel="cut in the field  [m]", ylabel="critical length by theory  [m]")
+                 xlabel="measured cut  [m]", ylabel="computed critical cut length  [m]")
         line = np.array([lower, upper])
         axes.fill_between(line, line / 1.5, line * 1.5, color="0.92", lw=0)
         axes.plot(line, line, color="0.5", lw=0.9)
         axes.plot(measured, np.maximum(predicted, lower), ls="", marker="o", ms=4, color="#1d4f91", alpha=0.6,
-                  mec="white", mew=0.4)
+                  mec="white", mew=0.4, clip_on=False)
         axes.set_title(f"{theory} (n = {len(measured)})", loc="left", fontsize=10)
     return save(figure, output, dpi)

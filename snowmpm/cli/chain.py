@@ -39,10 +39,12 @@ def chain(
     """
     import sys
 
+    from snowmpm import gis
     from snowmpm.cli.maps import Files
     from snowmpm.cli.maps import maps as write_maps
     from snowmpm.cli.profile import chosen
     from snowmpm.cli.run import start_taichi
+    from snowmpm.io.geotiff import require_rasterio
     from snowmpm.pit import chain as steps
     from snowmpm.pit.chain_report import write_report
     from snowmpm.pit.mechanics import MODULI
@@ -64,6 +66,8 @@ def chain(
     for name in steps.FOLDERS:
         if (folder / name).is_symlink():
             raise InputError(f"{folder / name}: a link to elsewhere: nothing is written there")
+    gis.require_pyogrio()  # of the release and the maps: not after a minute of computing
+    require_rasterio()
     start_taichi(Backend.cpu, threads)
 
     def say(text):

@@ -240,7 +240,7 @@ def _written(folder, target, rows):
     with draft(target / TABLE) as part, part.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()
-        table.writerows({name: _cell(row.get(name)) for name in COLUMNS} for row in rows)
+        table.writerows({name: cell_text(row.get(name)) for name in COLUMNS} for row in rows)
     cannot = [row for row in rows if row.get("cannot")]
     profiles = len({row["file"] for row in rows})
     found = {"folder": str(folder), "profiles": profiles, "rows": len(rows), "cannot": len(cannot),
@@ -283,7 +283,7 @@ def _kind_of(reason):
     return shown_line((parts or [reason])[0], 100)
 
 
-def _cell(value):
+def cell_text(value):
     if isinstance(value, str) and value and value[0] in "=+-@\t\r":  # a spreadsheet would compute it
         return f"'{value}"
     return f"{value:.5g}" if isinstance(value, float) else "" if value is None else value

@@ -4,6 +4,7 @@ Elements are found by their local names, whatever version their namespace has. D
 """
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from snowmpm.errors import InputError, shown_line
@@ -64,7 +65,7 @@ def with_densities(layers, observed):
                 shared.append((length, density))
         if layer.density is None and shared:
             known = sum(length for length, _ in shared)
-            layer = Layer(**{**vars(layer), "density": sum(length * density for length, density in shared) / known})
+            layer = replace(layer, density=sum(length * density for length, density in shared) / known)
         yield layer
 
 

@@ -191,9 +191,9 @@ def flow_of(chain: Chain, say: Any) -> None:
                     {"bodies.0.shape.top": THICKER * found.thickness}),
         "thinner": (f"thickness of the release / {THICKER:g}", "release: thickness",
                     {"bodies.0.shape.top": found.thickness / THICKER}),
-        "larger": (f"area of the release x {LARGER:g}", "release: area", _region(area, LARGER)),
+        "larger": (f"area of the release x {LARGER:g}", "release: area", resized(area, LARGER)),
         **_whole_slope(chain),
-        "smaller": (f"area of the release / {LARGER:g}", "release: area", _region(area, 1.0 / LARGER)),
+        "smaller": (f"area of the release / {LARGER:g}", "release: area", resized(area, 1.0 / LARGER)),
     }
     done = []
     for name, (what, step, change) in changes.items():
@@ -218,7 +218,7 @@ def _origin(chain):
     return Run(chain.folder / "release").origin
 
 
-def _region(area, factor):
+def resized(area, factor):
     """Change of the scene that makes the release `factor` times as large, by a border all round."""
     low, high = -0.5 * math.sqrt(area.area), 2.0 * math.sqrt(area.area)
     for _ in range(40):

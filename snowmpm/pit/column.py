@@ -1,7 +1,7 @@
 """The mechanics of a profile above one weak layer: what theories of the saw test and scenes take."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from snowmpm.errors import InputError
 from snowmpm.pit import mechanics
@@ -14,7 +14,6 @@ THICKEST = 0.05
 collapse as a whole."""
 TOLERANCE = 1e-3
 """Depth [m] below the top of a layer that is its top."""
-NO_ANGLE = "the file has no slope angle"
 USUAL_ANGLE = 0.0
 """Slope [degrees] where nobody gives one."""
 
@@ -90,8 +89,8 @@ def column_of(profile: SnowProfile, index: int, angle: float | None = None,
     """The column above the weak layer `index` of a profile.
 
     angle: of the slope [degrees], in place of the profile's. law: of the moduli. depth: at which the layer fails [m],
-    its top when missing: what of it lies above belongs to the slab. Raises InputError where nothing tells
-    the density of a layer of the slab or of the weak layer, or where nothing lies above it.
+    its top when missing: what of it lies above belongs to the slab. Raises InputError where nothing tells the
+    density of a layer of the slab or of the weak layer, or where nothing lies above it.
     """
     where = profile.source
     if not index:
@@ -101,7 +100,7 @@ def column_of(profile: SnowProfile, index: int, angle: float | None = None,
         angle = profile.slope_angle
     if angle is None:
         angle = USUAL_ANGLE
-        assumed.append(f"{NO_ANGLE}: taken as level; --slope gives one")
+        assumed.append("the file has no slope angle: taken as level; --slope gives one")
     across = math.cos(math.radians(angle))
     plates, sources = [], dict.fromkeys(mechanics.DENSITY_SCATTER, 0)
     weak = profile.layers[index]
@@ -109,8 +108,8 @@ def column_of(profile: SnowProfile, index: int, angle: float | None = None,
     if depth is not None:  # at the bottom of a layer it fails by its last centimetres
         depth = min(depth, weak.bottom - min(weak.thickness, THICKEST))
     if depth is not None and weak.top + TOLERANCE < depth:
-        above.append(Layer(**{**vars(weak), "bottom": depth}))
-        weak = Layer(**{**vars(weak), "top": depth})
+        above.append(replace(weak, bottom=depth))
+        weak = replace(weak, top=depth)
     for n, (layer, bottom) in enumerate(zip(above, [0.0, *(one.bottom for one in above)], strict=False), 1):
         gap = layer.top - bottom
         if gap > TOLERANCE:  # the file says nothing of it
@@ -146,9 +145,9 @@ def _halves(layer: Layer):
     """A layer whose hardness differs from top to bottom counts as two."""
     if layer.hardness is None or layer.hardness[0] == layer.hardness[1] or layer.density is not None:
         return [layer]
-    values = vars(layer)
-    return [Layer(**{**values, "bottom": layer.middle, "hardness": (layer.hardness[0],) * 2}),
-            Layer(**{**values, "top": layer.middle, "hardness": (layer.hardness[1],) * 2})]
+    upper, lower = layer.hardness
+    return [replace(layer, bottom=layer.middle, hardness=(upper, upper)),
+            replace(layer, top=layer.middle, hardness=(lower, lower))]
 
 
 def _density(where, n, layer):

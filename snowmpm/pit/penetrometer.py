@@ -49,7 +49,7 @@ def read_pnt(path):
     if ground is None:
         notes.append("the ground was not reached")
     force = force[surface:ground]
-    depth, density = _densities(force, spacing)
+    depth, density = densities(force, spacing)
     if len(depth) < 2:
         raise InputError(f"{path}: less than two windows of snow in {len(force) * spacing:.0f} mm: no profile")
     return checked(SnowProfile(
@@ -96,7 +96,7 @@ def _snow(force, spacing, overload):
     return surface, int(hit[0]) - stays if len(hit) and hit[0] - stays > surface else None
 
 
-def _densities(force, spacing):
+def densities(force, spacing):
     """Depths of the middles of windows [m] and their densities [kg/m3]."""
     (a0, a1, a2, a3), n = FIT, round(WINDOW / spacing)
     starts = range(0, len(force) - n + 1, max(1, n // 2))

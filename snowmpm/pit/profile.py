@@ -6,7 +6,7 @@ International Classification for Seasonal Snow on the Ground). Grain forms have 
 """
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from snowmpm.errors import InputError
 from snowmpm.quantities.snow_codes import main_class
@@ -169,7 +169,7 @@ def checked(profile: SnowProfile) -> SnowProfile:
     if any(layer.moisture[:1] in WET or (main_class(layer.form) == "MF" and layer.form.lower() != "mfcr")
            for layer in layers if layer.moisture or layer.form):
         notes.append("moist or wet snow: densities, moduli and strengths are those of dry snow")
-    return SnowProfile(**{**vars(profile), "layers": layers, "tests": tuple(tests), "notes": tuple(notes)})
+    return replace(profile, layers=layers, tests=tuple(tests), notes=tuple(notes))
 
 
 def _sound(test: StabilityTest, where: str, bottom: float, notes: list[str]) -> bool:

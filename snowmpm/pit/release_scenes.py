@@ -24,8 +24,8 @@ TENSION = 0.297
 RELEASE_CELLS = 2
 """Over the slab of a release, which its interface allows."""
 STIFFEST = 2e6
-"""Young's modulus [Pa] that a layer of a release has at the most: who slides and where it tears hangs on strength, and
-waves in stiffer snow only shorten the steps."""
+"""Young's modulus [Pa] that a layer of a release has at the most: who slides and where it tears depends on strength,
+and waves in stiffer snow only shorten the steps."""
 STIFFEST_LAYER = 1e7
 """Modulus over thickness [Pa/m] that the weak layer of a release has at the most, for the same reason."""
 TEARS = 3.0

@@ -195,7 +195,7 @@ def elastic(plate):
 
 
 def _bisected(function, lower, upper, tries=40):
-    """Where a function that grows passes zero."""
+    """Where a function that grows passes zero, between two places."""
     for _ in range(tries):
         middle = 0.5 * (lower + upper)
         lower, upper = (lower, middle) if function(middle) > 0.0 else (middle, upper)
@@ -209,4 +209,3 @@ def _or_zero(value):
 def rounded(length):
     """To two digits."""
     return float(f"{length:.2g}")
-

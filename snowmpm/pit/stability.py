@@ -87,14 +87,10 @@ class Stability:
         return next((one.value for one in reversed(self.lengths) if one.value and one.value < CAP), None)
 
 
-def stability_of(column: Column, samples: int = SAMPLES, use_weac: bool = True, energy: float | None = None
-                 ) -> Stability:
-    """`Stability` of a column. samples: columns of the intervals, 0 for none; energy: of the collapse [J/m2], known
-    from elsewhere."""
-    if energy is not None:
-        column = replace(column, weak=replace(column.weak, energy=energy))
-    rows = _hypercube(samples)
-    columns = [_sampled(column, row, energy is None) for row in rows]
+def stability_of(column: Column, samples: int = SAMPLES, use_weac: bool = True) -> Stability:
+    """`Stability` of a column. samples: columns of the intervals, 0 for none; use_weac: where it is installed."""
+    rows = hypercube(samples)
+    columns = [sampled(column, row) for row in rows]
     lengths = [_length(name, critical, column, columns, rows)
                for name, critical in (("strength", by_strength), ("energy", by_energy))]
     if use_weac and weac.version():
@@ -178,22 +174,22 @@ def tension(column: Column, cut: float) -> float:
                      for E, plate, top in zip(moduli, column.plates, tops, strict=True)))
 
 
-def _hypercube(n):
+def hypercube(n):
     """(n, inputs) normal deviates; the law of moduli as a uniform number."""
     if not n:
         return np.zeros((0, len(INPUTS)))
     from scipy.stats import norm
 
-    from snowmpm.campaigns.design import shares
+    from snowmpm.campaigns import design
 
-    uniform = shares("latin_hypercube", n, len(INPUTS), SEED)
+    uniform = design.shares("latin_hypercube", n, len(INPUTS), SEED)
     rows = norm.ppf(uniform)
     rows[:, INPUTS.index("modulus law")] = uniform[:, INPUTS.index("modulus law")]
     return rows
 
 
-def _sampled(column, row, energy_too):
-    """The column of one row of the hypercube."""
+def sampled(column, row):
+    """The column of one row of the `hypercube`."""
     of = dict(zip(INPUTS, row, strict=True))
     laws = [*mechanics.MODULI]
     law = laws[int(of["modulus law"] * len(laws))]
@@ -211,7 +207,7 @@ def _sampled(column, row, energy_too):
     if weak.strength is not None:  # it follows the density by its own law
         strength = weak.strength * (rho / weak.density) ** weak.strength_exponent * math.exp(
             mechanics.STRENGTH_SCATTER * of["weak-layer strength"])
-    energy = weak.energy * math.exp(mechanics.COLLAPSE_SCATTER * of["collapse energy"]) if energy_too else weak.energy
+    energy = weak.energy * math.exp(mechanics.COLLAPSE_SCATTER * of["collapse energy"])
     return replace(
         column, plates=tuple(plates), angle=float(np.clip(column.angle + ANGLE_SCATTER * of["slope angle"], 0.0, 80.0)),
         weak=replace(weak, density=rho, youngs_modulus=mechanics.youngs_modulus(rho, law), strength=strength,
@@ -228,10 +224,10 @@ def _length(name, critical, column, columns, rows):
         return Length(name, value, why=why)
     found = np.array([critical(one) for one in columns])
     low, high = np.quantile(found, INTERVAL)
-    return Length(name, value, float(low), float(high), _shares(found, rows), why, float(np.mean(found == 0.0)))
+    return Length(name, value, float(low), float(high), variance_shares(found, rows), why, float(np.mean(found == 0.0)))
 
 
-def _shares(found, rows):
+def variance_shares(found, rows):
     """Correlation ratio of log a_c with each input: variance of the means of BINS equal bins over the whole variance,
     less what chance gives, (BINS - 1) / (n - 1)."""
     log, n = np.log(np.maximum(found, 0.01)), len(found)

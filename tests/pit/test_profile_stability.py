@@ -167,12 +167,12 @@ def test_intervals_hold_the_value_and_repeat(column):
 
 def test_the_interval_is_as_wide_as_the_scatter():
     """On the flat the length by strength goes with the root of the strength: its scatter is half of that."""
-    rows = stability._hypercube(4000)
+    rows = stability.hypercube(4000)
     only = np.zeros_like(rows)
     only[:, 3] = rows[:, 3]
     only[:, 1] = 0.1
     weak = of(0.0, plates=(Plate(0.3, 150.0, 4e6, "hardness"),), strength=500.0, strength_exponent=0.0, size=3.0)
-    lengths = np.log([stability.by_strength(stability._sampled(weak, row, True)) for row in only])
+    lengths = np.log([stability.by_strength(stability.sampled(weak, row)) for row in only])
     assert lengths.std() == pytest.approx(0.5 * mechanics.STRENGTH_SCATTER, rel=0.15)
     assert stability.INTERVAL == (0.1, 0.9)
     assert (stability.ANGLE_SCATTER, stability.SIZE_SCATTER) == (2.0, 0.3)
@@ -183,7 +183,7 @@ def test_the_strength_of_a_column_follows_its_density():
     column = of(0.0, strength_exponent=2.11)
     row = np.zeros(len(stability.INPUTS))
     row[stability.INPUTS.index("weak-layer density")] = 1.0
-    dense = stability._sampled(column, row, True).weak
+    dense = stability.sampled(column, row).weak
     ratio = math.exp(mechanics.DENSITY_SCATTER["hardness"])
     assert dense.density == pytest.approx(ratio * WEAK.density)
     assert dense.strength == pytest.approx(ratio**2.11 * WEAK.strength)
@@ -206,9 +206,9 @@ def test_an_input_without_influence_has_no_share(column):
 
 
 def test_shares_of_a_product_are_those_of_its_logarithms():
-    rows = stability._hypercube(4096)
+    rows = stability.hypercube(4096)
     found = np.exp(0.8 * rows[:, 0] + 0.6 * rows[:, 3])
-    shares = stability._shares(found, rows)
+    shares = stability.variance_shares(found, rows)
     # Four bins catch 0.86 of a linear share
     assert shares[0] == pytest.approx(0.86 * 0.64, abs=0.02)
     assert shares[3] == pytest.approx(0.86 * 0.36, abs=0.02)

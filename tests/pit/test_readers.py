@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError
-from snowmpm.pit.penetrometer import _densities, read_force
+from snowmpm.pit.penetrometer import densities, read_force
 from snowmpm.pit.reader import read_profile
 from snowmpm.quantities.snow_codes import hardness_code, hardness_index, of_swiss
 from tests.support.snow_pits import CSV, LAYERS, PRO, caaml, pnt, write
@@ -105,7 +105,7 @@ def test_the_density_of_shot_noise_is_that_of_its_formula():
     noise = np.random.default_rng(2).normal(0.0, 0.05, 200_001)
     for mean in (0.4, 1.0):
         force = mean + 0.5 * (noise[1:] + noise[:-1])
-        depth, density = _densities(force, 0.01)
+        depth, density = densities(force, 0.01)
         delta = 1.5 * 0.01 / 0.5
         length = (np.pi * 2.5**2 * np.var(force) * delta / (4.0 / 3.0 * mean**2)) ** (1.0 / 3.0)
         log = np.log(mean)

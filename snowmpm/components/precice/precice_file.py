@@ -1,10 +1,9 @@
 """A configuration of preCICE, version 3: what it says of one participant and of the scheme that couples it."""
 
 from dataclasses import dataclass
-from xml.etree.ElementTree import TreeBuilder
-from xml.parsers import expat
 
 from snowmpm.errors import InputError, did_you_mean
+from snowmpm.reading.xml_file import read_xml
 
 ROOT = "precice-configuration"
 SCHEME = "coupling-scheme:"
@@ -37,16 +36,12 @@ class PreciceFile:
         InputError: it cannot be read, or is no configuration of version 3.
         """
         self._path, self._table, self._source = path, table, source
-        # Tags such as data:vector have prefixes that no namespace declares: a parser that knows none
-        builder, parser = TreeBuilder(), expat.ParserCreate()
-        parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
-        try:
-            parser.Parse(path.read_bytes(), True)
-            self._root = builder.close()
+        try:  # without namespaces: tags such as data:vector have prefixes that none declares
+            self._root = read_xml(path)
         except OSError as error:
             raise self._refusal("file", str(path), f"cannot be read: {error.strerror}") from None
-        except expat.ExpatError as error:
-            raise self._refusal("file", str(path), f"not valid XML: {error}") from None
+        except InputError as error:
+            raise self._refusal("file", str(path), str(error).removeprefix(f"{path}: ")) from None
         if self._root.tag != ROOT or self._root.find("solver-interface") is not None:
             raise self._refusal("file", str(path), f"must be a <{ROOT}> of preCICE, version 3")
 
