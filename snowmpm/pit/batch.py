@@ -284,6 +284,7 @@ def _kind_of(reason):
 
 
 def cell_text(value):
+    """A value as it stands in the table."""
     if isinstance(value, str) and value and value[0] in "=+-@\t\r":  # a spreadsheet would compute it
         return f"'{value}"
     return f"{value:.5g}" if isinstance(value, float) else "" if value is None else value
