@@ -77,11 +77,12 @@ MAY_IMPORT = {
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "runout": {*GROUND, "components", "compiler", "ground", "depth", "setup", "io", "gis"},
     "pit": {*GROUND, "scenes", "materials", "saw_test", "terrain", "setup", "io", "gis", "render", "campaigns"},
+    "region": {*GROUND, "scenes", "terrain", "seeding", "setup", "io", "gis", "campaigns", "runout"},
     "ladder": {*GROUND, "components", "compiler", "stepping", "scenes", "saw_test", "setup", "handover", "running",
                "terrain", "io", "measured", "study", "advice", "comparison", "strength", "runout", "render"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "measured", "study",
             "advice", "ladder", "campaigns", "micro", "strength", "events", "runout",
-            "pit"},
+            "pit", "region"},
 }
 DOOR = "snowmpm.compiler.backend"
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}

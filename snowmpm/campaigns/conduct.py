@@ -6,6 +6,7 @@ for, and what has no record yet is sent again.
 """
 
 import contextlib
+import itertools
 import time as clock
 from collections import deque
 
@@ -30,6 +31,26 @@ class Lost(Exception):
     """The scheduler is gone."""
 
 
+class _Waiting:
+    """Jobs that wait: those that came back first, then the others, which are not made before they are taken."""
+
+    def __init__(self, jobs):
+        self._jobs, self._first = iter(jobs), deque()
+
+    def __bool__(self):
+        if not self._first:
+            self._first.extend(itertools.islice(self._jobs, 1))
+        return bool(self._first)
+
+    def take(self):
+        """The next job; there is one."""
+        return self._first.popleft()
+
+    def back(self, jobs):
+        """Take jobs back, in their order."""
+        self._first.extendleft(reversed(list(jobs)))
+
+
 class Conductor:
     """Sends jobs to a `Site`, and takes what comes back.
 
@@ -42,16 +63,17 @@ class Conductor:
         self._sent, self._room, self._workers, self._counted = 0, 0, 0, -LOOK
 
     def results(self, function, jobs):
-        """Yield (job, function(job)) as they come, in any order. An exception of `function`, or the death of its
+        """Yield (job, function(job)) as they come, in any order. jobs: iterable, which is not gone through faster than
+        they are sent. An exception of `function`, or the death of its
         workers, comes as such. Raises WriteError when no worker can write, SimulationError when the scheduler, or all
         workers, stay away."""
-        todo = deque(jobs)
+        todo = _Waiting(jobs)
         while todo:
             flying = {}
             try:
                 yield from self._session(function, todo, flying)
             except Lost:
-                todo.extendleft(reversed(flying.values()))
+                todo.back(flying.values())
                 self._reconnect()
 
     def _session(self, function, todo, flying):
@@ -68,7 +90,7 @@ class Conductor:
                 outcome = future.exception() if status == "error" else future.result()
                 if isinstance(outcome, dict) and outcome.get("status") == UNWRITTEN:
                     self._send_away(client, outcome)
-                    todo.append(job)
+                    todo.back([job])
                 else:
                     yield job, outcome
                 del future
@@ -98,7 +120,7 @@ class Conductor:
         if clock.monotonic() > self._counted + LOOK:
             self._count(clock.monotonic())
         while todo and len(flying) < self._room:
-            job = todo.popleft()
+            job = todo.take()
             self._sent += 1
             future = client.submit(function, job, key=f"{function.__name__}-{self._sent}", pure=False,
                                    resources=self._resources)

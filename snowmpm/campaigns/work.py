@@ -36,7 +36,7 @@ TURN = 0.5
 @dataclass(frozen=True)
 class Job:
     """hash; base: file of the base scene; changes: of it, by key; results, run: folders; keep: "runs" or "results";
-    plugins: (source, SHA-256) of those that the worker loads."""
+    plugins: (source, SHA-256) of those that the worker loads; mapped: names of the maps that are kept."""
 
     hash: str
     base: str
@@ -47,6 +47,7 @@ class Job:
     threads: int = 1
     backend: str = "cpu"
     plugins: tuple = ()
+    mapped: tuple = MAPPED
 
 
 def job_of(plan, member, example=False):
@@ -79,13 +80,21 @@ def stop_sampling():
 
 def work(job):
     """Do a job, unless it is done; -> its record: {"status", "reason", "numbers", "work"}."""
+    return work_with(job, run_job)
+
+
+def work_with(job, run_of):
+    """Do a job by a function of it -> (`Run`, whether it went on from a checkpoint), unless it is done; -> its record.
+
+    job: as `Job`, at least its hash, results, run, keep and mapped.
+    """
     stop_sampling()
     started, results = clock.time(), Path(job.results)
     try:
         while (lock := _locked(results)) is None:  # another worker is at it
             clock.sleep(TURN)
         with lock:
-            return read_record(results) or _done(job, results, started)
+            return read_record(results) or _done(job, run_of, results, started)
     except OSError as error:
         return _unwritten(error, started)
 
@@ -102,14 +111,14 @@ def _locked(folder):
         return stack.pop_all()
 
 
-def _done(job, results, started):
+def _done(job, run_of, results, started):
     """Run, and keep the record; "unwritten" is not kept."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of scenes, once for each of them
-            run, resumed = _run(job)
+            run, resumed = run_of(job)
         record = {"status": "done", "reason": "", "numbers": numbers_of(run), "reasons": reasons_of(run)}
-        _write_maps(results / MAPS, run)
+        _write_maps(results / MAPS, run, job.mapped)
         timing = {name: run.summary.get(name) for name in ("wall_time", "processor_time", "particle_steps")}
     except (WriteError, OSError) as error:
         return _unwritten(error, started)
@@ -126,8 +135,8 @@ def _done(job, results, started):
     return record
 
 
-def _run(job):
-    """(`Run`, whether it went on from a checkpoint)."""
+def run_job(job):
+    """(`Run`, whether it went on from a checkpoint) of a `Job`."""
     start_quietly(job.backend, job.threads)
     from snowmpm.io import checkpoint
     from snowmpm.io.writer import run_file
@@ -193,9 +202,9 @@ def reasons_of(run):
     return {f"{BEFORE}{name}": text for name, text in reasons.items()}
 
 
-def _write_maps(path, run):
+def _write_maps(path, run, mapped):
     """Keep the maps of a run, cut to where snow was; none of a run without."""
-    found = {name: run.maps[name] for name in MAPPED if name in run.maps}
+    found = {name: run.maps[name] for name in mapped if name in run.maps}
     if not found:
         return
     raster = found["peak_depth"]

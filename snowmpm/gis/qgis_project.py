@@ -38,44 +38,63 @@ def write_project(path, run, layers, geopackage, moments=(), shaded=False):
     beside it as hillshade.tif.
     """
     path, wkt = Path(path), run.provenance.get("crs") or LOCAL
-    title = run.name.replace("_", " ")
-    root = xml.Element("qgis", version=VERSION, projectname=title)
-    xml.SubElement(root, "homePath", path="")
-    xml.SubElement(root, "title").text = title
-    xml.SubElement(root, "projectCrs").append(_system(wkt))
-    tree, found = xml.SubElement(root, "layer-tree-group"), xml.SubElement(root, "projectlayers")
+    root, tree, found = begin(run.name.replace("_", " "), wkt)
     vectors = {layer.name: layer for layer in layers}
     shown = []
     for name in (*(name for name in ORDER if name in vectors), *run.maps, *([SHADE] if shaded else ())):
         vector = vectors.get(name)
         source = f"./{Path(geopackage).name}|layername={name}" if vector else f"./{name}.tif"
-        provider, title = ("ogr" if vector else "gdal"), _title(name, vector, run)
-        identity = f"{name}_{'vector' if vector else 'raster'}"
-        leaf = xml.SubElement(tree, "layer-tree-layer", id=identity, name=title, source=source, providerKey=provider,
-                              checked="Qt::Checked" if name in SHOWN else "Qt::Unchecked",
-                              expanded="1" if name in SHOWN and not vector and name != SHADE else "0")
-        layer = xml.SubElement(found, "maplayer", type="vector" if vector else "raster",
-                               **({"geometry": _geometry(vector), "wkbType": vector.geometry_type,
-                                   "labelsEnabled": "1" if name in NAMED else "0"} if vector else {}))
-        for tag, text in (("id", identity), ("datasource", source), ("layername", title)):
-            xml.SubElement(layer, tag).text = text
-        xml.SubElement(layer, "provider", encoding="UTF-8" if vector else "").text = provider
-        xml.SubElement(layer, "srs").append(_system(wkt))
-        if vector:
-            layer.append(renderer(vector))
-            layer.extend(labels(vector))
-            layer.append(aliases(vector))
-        else:
-            layer.append(grey() if name == SHADE else pipe(name, run.maps[name]))
-            _hide_band(leaf, layer)
+        drawn = [renderer(vector), *labels(vector), aliases(vector)] if vector else [
+            grey() if name == SHADE else pipe(name, run.maps[name])]
+        leaf = add_layer(tree, found, name, _title(name, vector, run), source, wkt, drawn, vector, name in SHOWN,
+                         name != SHADE)
         if name in SHOWN and name != SHADE:
             shown.append(leaf)
     add_moments(root, tree, found, moments, lambda: _system(wkt))
+    end(root, wkt, _extent(run))
+    add_layout(root, run.name.replace("_", " "), _extent(run, filled=True), shown, _margin(run))
+    return write_text(path, document(root, DOCTYPE))
+
+
+def begin(title, wkt):
+    """(root, layer tree, layers) of a new project."""
+    root = xml.Element("qgis", version=VERSION, projectname=title)
+    xml.SubElement(root, "homePath", path="")
+    xml.SubElement(root, "title").text = title
+    xml.SubElement(root, "projectCrs").append(_system(wkt))
+    return root, xml.SubElement(root, "layer-tree-group"), xml.SubElement(root, "projectlayers")
+
+
+def add_layer(tree, layers, name, title, source, wkt, drawn, vector=None, shown=True, legend=True):
+    """Add a layer to a project; -> its element in the tree.
+
+    source: file relative to the project; drawn: elements of its style; vector: its `Layer`, None of a raster; shown:
+    whether it is visible when the project opens; legend: whether the classes of a raster are listed.
+    """
+    provider, identity = ("ogr" if vector else "gdal"), f"{name}_{'vector' if vector else 'raster'}"
+    leaf = xml.SubElement(tree, "layer-tree-layer", id=identity, name=title, source=source, providerKey=provider,
+                          checked="Qt::Checked" if shown else "Qt::Unchecked",
+                          expanded="1" if shown and not vector and legend else "0")
+    layer = xml.SubElement(layers, "maplayer", type="vector" if vector else "raster",
+                           **({"geometry": _geometry(vector), "wkbType": vector.geometry_type,
+                               "labelsEnabled": "1" if name in NAMED else "0"} if vector else {}))
+    for tag, text in (("id", identity), ("datasource", source), ("layername", title)):
+        xml.SubElement(layer, tag).text = text
+    xml.SubElement(layer, "provider", encoding="UTF-8" if vector else "").text = provider
+    xml.SubElement(layer, "srs").append(_system(wkt))
+    layer.extend(drawn)
+    if not vector:
+        _hide_band(leaf, layer)
+    return leaf
+
+
+def end(root, wkt, extent):
+    """Complete a project. extent: west, south, east, north [m] that it opens with."""
     canvas = xml.SubElement(root, "mapcanvas", name="theMapCanvas", annotationsVisible="1")
     xml.SubElement(canvas, "units").text = "meters"
-    extent = xml.SubElement(canvas, "extent")
-    for tag, value in zip(("xmin", "ymin", "xmax", "ymax"), _extent(run), strict=True):
-        xml.SubElement(extent, tag).text = f"{value:.3f}"
+    box = xml.SubElement(canvas, "extent")
+    for tag, value in zip(("xmin", "ymin", "xmax", "ymax"), extent, strict=True):
+        xml.SubElement(box, tag).text = f"{value:.3f}"
     xml.SubElement(canvas, "destinationsrs").append(_system(wkt))
     properties = xml.SubElement(root, "properties")
     paths = xml.SubElement(properties, "Paths")
@@ -83,8 +102,6 @@ def write_project(path, run, layers, geopackage, moments=(), shaded=False):
     # Without this, QGIS takes the project for one without a projection, whatever its projectCrs says
     reference = xml.SubElement(properties, "SpatialRefSys")
     xml.SubElement(reference, "ProjectionsEnabled", type="int").text = "1"
-    add_layout(root, run.name.replace("_", " "), _extent(run, filled=True), shown, _margin(run))
-    return write_text(path, document(root, DOCTYPE))
 
 
 def _hide_band(leaf, layer):

@@ -109,6 +109,30 @@ def pipe(name, raster):
                  largest, None if name == ZERO_IS_A_VALUE else 0.0)
 
 
+def pipe_of_classes(limits, labels, colours):
+    """The element that draws band 1 in classes that begin at limits, one fewer than labels and colours; 0 is not
+    drawn."""
+    return _pipe([*limits, "inf"], labels, colours, float(limits[-1]), 0.0)
+
+
+def outlined(layer, colour):
+    """The element that draws the features of a `Layer` as outlines of a colour."""
+    root = xml.Element("renderer-v2", type="singleSymbol", symbollevels="0", enableorderby="0", forceraster="0")
+    xml.SubElement(root, "symbols").append(_symbol("0", layer.geometry_type, colour, fill=None))
+    return root
+
+
+def shaded():
+    """The element that draws band 1, heights, under a light."""
+    root = xml.Element("pipe")
+    xml.SubElement(root, "rasterrenderer", type="hillshade", band="1", azimuth="315", angle="45", zfactor="1",
+                   multidirection="0", opacity="1", alphaBand="-1")
+    xml.SubElement(root, "brightnesscontrast", brightness="0", contrast="0", gamma="1")
+    xml.SubElement(root, "huesaturation", saturation="0")
+    xml.SubElement(root, "rasterresampler", maxOversampling="2")
+    return root
+
+
 def _pipe(ends, labels, colours, largest, clear):
     """The element that draws band 1 in classes below `ends`; clear: value that is not drawn, or None."""
     root = xml.Element("pipe")

@@ -56,10 +56,6 @@ TWICE = "first_step", "run", "check", "list"
 """Made once before they are timed: kernels, and Python's own compiled modules."""
 
 
-ONCE = ("resolved",)
-"""Too long for several turns."""
-
-
 class Checkout:
     """Commands of one checkout."""
 
@@ -104,7 +100,6 @@ def compare(row, both, turns):
     if row in TWICE:
         for checkout in both:
             checkout.timed(row)
-    turns = 1 if row in ONCE else turns
     found = [[checkout.timed(row) for checkout in both] for _ in range(turns)]
     ratios = [new[0] / old[0] for old, new in found]
     middle = [[median(turn[k][i] for turn in found) for k in range(2)] for i in range(2)]
