@@ -8,6 +8,7 @@ import hashlib
 import json
 import math
 import shutil
+import time as clock
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -73,7 +74,9 @@ class OutOfReach(InputError):
 
 def work_on(job):
     """Do a `RegionJob`, unless it is done; -> its record, with what the list of results needs."""
+    begun = clock.process_time()
     record = work.work_with(job, run_release)
+    record.setdefault("work", {})["processor"] = clock.process_time() - begun
     about = {"hash": job.hash, "scenario": job.scenario, "area": job.area, "sample": job.sample}
     if record["status"] == "failed" and record["reason"] == OUT_OF_REACH:
         return {**record, **about, "status": "out_of_reach"}

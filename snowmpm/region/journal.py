@@ -23,7 +23,8 @@ LONGEST = 1 << 14
 @dataclass
 class Index:
     """What is known of all runs, as arrays (n,): hash (16 hex digits as a whole number), scenario (number of it in
-    names), area, sample, status (number of STATUS), bounds (n, 4) [m], NaN without maps, flow_depth [m], seconds."""
+    names), area, sample, status (number of STATUS), bounds (n, 4) [m], NaN without maps, flow_depth [m], seconds (of
+    processor time)."""
 
     names: list
     hash: np.ndarray
@@ -45,7 +46,7 @@ def line_of(record):
     numbers = {name: record["numbers"][name] for name in NUMBERS if name in record["numbers"]}
     clean = {name: value for name, value in numbers.items() if isinstance(value, bool) or math.isfinite(value)}
     kept = {name: record[name] for name in ("hash", "scenario", "area", "sample", "status")}
-    seconds = float((record.get("work") or {}).get("seconds") or 0.0)
+    seconds = float((record.get("work") or {}).get("processor") or 0.0)
     return json.dumps({**kept, "reason": record.get("reason", ""), "bounds": record.get("bounds"),
                        "seconds": round(seconds, 3), "numbers": clean}, allow_nan=False) + "\n"
 

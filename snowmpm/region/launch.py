@@ -136,7 +136,7 @@ def told(setting):
     index = journal.index_of(setting.folder, list(setting.areas))
     worked = index.seconds[index.status == 0]
     if len(worked):
-        yield (f"{float(worked.mean()):.1f} s a run on one thread, {large(_bytes(setting, index))} a run")
+        yield f"{float(worked.mean()):.1f} s of processor time and {large(_bytes(setting, index))} a run"
 
 
 def _bytes(setting, index):

@@ -89,6 +89,7 @@ def write_all(setting):
 
     folder = setting.folder / plan.MAPS
     folder.mkdir(exist_ok=True)
+    overwriting.note_changing(folder)
     overwriting.note_changing(folder / STORE)
     index = journal.index_of(setting.folder, list(setting.areas))
     grid = grid_of(setting)

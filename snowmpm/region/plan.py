@@ -8,6 +8,7 @@
     maps/                            what is made of them
 """
 
+import contextlib
 import functools
 import hashlib
 import json
@@ -272,6 +273,8 @@ def make(file, folder):
             _copy_terrain(elevations, folder / TERRAIN)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+        with contextlib.suppress(OSError):  # where nothing came of it
+            folder.rmdir()
     own = _with_copies(file, folder)
     write_text(folder / FILE, table_text(own))
     write_text(folder / BASE, _base(file, cell))

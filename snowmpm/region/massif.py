@@ -1,6 +1,6 @@
 """A made-up massif of any size, as an elevation raster.
 
-    python -m snowmpm.terrain.generate_massif FILE.tif --side 6000
+    python -m snowmpm.region.massif FILE.tif --side 6000
 
 Ridges and valleys of many sizes from gradient noise (Perlin, 1985, doi:10.1145/325165.325247) whose absolute value has
 sharp crests (ridged noise; Musgrave et al., 1989, doi:10.1145/74334.74337), with flat valley floors. Heights are a

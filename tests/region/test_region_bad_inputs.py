@@ -1,0 +1,170 @@
+"""Bad input gets a line that names file, key, value and what is allowed; nothing is written."""
+
+import json
+
+import numpy as np
+import pytest
+
+from snowmpm.errors import InputError, WriteError
+from snowmpm.region import forecast, jobs, journal, launch, plan
+from snowmpm.region import release_areas as areas_of
+from snowmpm.region.elevations import open_elevations
+from snowmpm.region.release_terrain import RULES
+from snowmpm.region.spec import read_region
+from tests.region.test_release_areas import ROOF, roof
+
+pytest.importorskip("distributed")
+
+
+def refused(file, folder):
+    with pytest.raises(InputError) as found:
+        launch.run_region(read_region(file), folder, workers=1)
+    text = str(found.value)
+    assert len(text.splitlines()) <= 2
+    assert not folder.exists()
+    return text
+
+
+def test_holes_in_the_terrain_are_no_release_areas(raster):
+    z = roof()
+    z[40:80, 20:50] = np.nan
+    with open_elevations(raster(z)) as elevations:
+        found = areas_of.release_areas(elevations, ROOF)
+    hole = [600_000.0 + 5.0 * 20, 200_000.0 + 5.0 * 40, 600_000.0 + 5.0 * 50, 200_000.0 + 5.0 * 80]
+    import shapely
+
+    assert not sum(one.geometry.intersection(shapely.box(*hole)).area for one in found)
+
+
+def test_a_raster_without_heights(raster, region_file, tmp_path):
+    file = raster(np.full((40, 40), np.nan))
+    path = region_file()
+    path.write_text(path.read_text().replace("massif.tif", file.name).replace("cell = 20.0", ""))
+    assert "no release areas" in refused(path, tmp_path / "out")
+
+
+def test_forest_in_another_place(region_file, tmp_path, raster):
+    raster(np.full((20, 20), 80.0), name="cover.tif", corner=(700_000.0, 200_000.0))
+    text = refused(region_file('[forest]\nfile = "cover.tif"'), tmp_path / "out")
+    assert "forest.file" in text and "lies beside the terrain" in text
+
+
+def test_forest_without_a_system(region_file, tmp_path, raster):
+    raster(np.full((20, 20), 80.0), name="cover.tif", system=None)
+    assert "names no coordinate system" in refused(region_file('[forest]\nfile = "cover.tif"'), tmp_path / "out")
+
+
+def test_an_area_of_interest_beside_the_terrain(region_file, tmp_path):
+    (tmp_path / "town.geojson").write_text(json.dumps({
+        "type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::21781"}},
+        "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [
+            [[700_000.0, 200_000.0], [700_100.0, 200_000.0], [700_000.0, 200_100.0], [700_000.0, 200_000.0]]]}}]}))
+    path = region_file()
+    path.write_text('area_of_interest = "town.geojson"\n' + path.read_text())
+    assert "area_of_interest" in refused(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize(("old", "new", "says"), [
+    ('terrain = "massif.tif"', 'terrain = "none.tif"', "no such file"),
+    ("cell = 20.0", "cell = 13.0", "must be a whole multiple"),
+    ("period = 100.0", "period = 0.1", "scenarios.rare.period"),
+    ("thickness = { three_day_snow = 1.6 }", "", "scenarios.rare.thickness"),
+    ("thickness = { three_day_snow = 1.6 }", "thickness = { value = 1.0, three_day_snow = 1.6 }", "needs one of"),
+    ('card = "voellmy_avaframe"', 'card = "voelmy_avaframe"', "must be one of"),
+    ("most_releases = 4", "most_release = 4", "did you mean most_releases"),
+    ("[scenarios.rare]", "[scenarios.rare]\nbounds = { least = 58.0 }", "no release areas"),
+])
+def test_a_wrong_key_or_value(region_file, tmp_path, old, new, says):
+    path = region_file()
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    try:
+        assert says in refused(path, tmp_path / "out")
+    except InputError as error:
+        assert says in str(error)
+
+
+def test_terrain_in_degrees(raster, region_file, tmp_path):
+    file = raster(roof(40), cell=5e-5, system="EPSG:4326", corner=(7.0, 46.0))
+    path = region_file()
+    path.write_text(path.read_text().replace("massif.tif", file.name))
+    assert "must be in metres" in refused(path, tmp_path / "out")
+
+
+def test_a_release_at_the_border_says_so(raster, region_file, tmp_path):
+    """The flow leaves the terrain: the run is done, and its numbers say what left."""
+    file = raster(roof(60, cell=10.0), cell=10.0)
+    path = region_file()
+    path.write_text(path.read_text().replace("massif.tif", file.name).replace("cell = 20.0", "cell = 10.0"))
+    setting = plan.make(read_region(path), tmp_path / "out")
+    record = jobs.work_on(next(iter(plan.jobs(setting))))
+    assert record["status"] == "done"
+    assert record["numbers"]["left_share"] > 0.5 and record["numbers"]["window_at_border"] == 1.0
+
+
+def test_too_little_disk(region_file, tmp_path, monkeypatch):
+    from collections import namedtuple
+
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(forecast.shutil, "disk_usage", lambda path: usage(1, 1, 1000))
+    with pytest.raises(InputError, match="of disk, of which"):
+        launch.run_region(read_region(region_file()), tmp_path / "out", workers=1)
+
+
+def test_a_full_disk_in_a_worker_is_no_record(region_file, tmp_path, monkeypatch):
+    """A worker that cannot write leaves no record, so that the release is run elsewhere."""
+    from snowmpm.campaigns import work
+
+    setting = plan.make(read_region(region_file()), tmp_path / "out")
+    job = next(iter(plan.jobs(setting)))
+
+    def full(*arguments, **options):
+        raise WriteError("disk full") from OSError(28, "No space left on device")
+
+    monkeypatch.setattr(work, "_write_maps", full)
+    record = jobs.work_on(job)
+    assert record["status"] == work.UNWRITTEN and "disk full" in record["reason"]
+    assert not (plan.results_of(setting.folder, job.hash) / work.RECORD).exists()
+
+
+def test_a_failing_release_is_listed_and_done_again(region_file, tmp_path):
+    """One release fails: the others are done, the table says why, --retry-failed does it once more."""
+    file = read_region(region_file())
+    setting = plan.make(file, tmp_path / "out")
+    broken = list(plan.jobs(setting))[1]
+    results = plan.results_of(setting.folder, broken.hash)
+    results.mkdir(parents=True)
+    (results / "record.json").write_text(json.dumps({"status": "failed", "reason": "a test", "numbers": {}, "work": {}}))
+    said = []
+    launch.run_region(file, setting.folder, workers=2, resume=True, say=said.append)
+    assert any("failed: a test" in line for line in said)
+    assert launch.counts(setting)["rare"] == {"areas": setting.areas["rare"], "done": 3, "failed": 1, "out_of_reach": 0}
+    launch.run_region(file, setting.folder, workers=2, resume=True, retry=True)
+    assert launch.counts(setting)["rare"]["done"] == 4
+
+
+@pytest.mark.parametrize("line", ['{"hash": "../../../../etc", "scenario": "rare"}', "[1, 2]", "no json at all",
+                                  '{"hash": "0123456789abcdef", "scenario": "rare", "area": 1, "sample": 0, "status":'
+                                  ' "done", "bounds": [1, 2], "numbers": {}}'])
+def test_a_foreign_list_of_results_is_refused(tmp_path, line):
+    good = json.dumps({"hash": "0123456789abcdef", "scenario": "rare", "area": 1, "sample": 0, "status": "done",
+                       "bounds": None, "seconds": 1.0, "numbers": {}})
+    (tmp_path / plan.RESULTS).write_text(f"{good}\n{line}\n{good}\n")
+    with pytest.raises(InputError, match="line 2: not written by this program"):
+        list(journal.lines(tmp_path))
+
+
+def test_a_line_that_a_kill_cut_off_is_left_out(tmp_path):
+    good = json.dumps({"hash": "0123456789abcdef", "scenario": "rare", "area": 1, "sample": 0, "status": "done",
+                       "bounds": None, "seconds": 1.0, "numbers": {}})
+    path = tmp_path / plan.RESULTS
+    path.write_text(f"{good}\n{good[:40]}")
+    assert len(list(journal.lines(tmp_path))) == 1
+    journal.repair(tmp_path)
+    assert path.read_text() == f"{good}\n"
+
+
+def test_cells_too_coarse(raster):
+    with open_elevations(raster(roof(40), cell=50.0)) as elevations, pytest.raises(InputError, match="best 5 m"):
+        areas_of.release_areas(elevations, RULES["rare"])
