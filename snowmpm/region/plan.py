@@ -22,7 +22,7 @@ import numpy as np
 import shapely
 from scipy.stats import norm
 
-from snowmpm import __version__, plugins
+from snowmpm import __version__, overwriting, plugins
 from snowmpm.campaigns import design
 from snowmpm.draft import draft, write_text
 from snowmpm.errors import InputError, shown_line
@@ -82,7 +82,8 @@ def areas_file(folder, scenario):
 @functools.lru_cache(maxsize=4)
 def _setting(folder, stamp):
     folder = Path(folder)
-    file = read_region(folder / FILE)
+    with overwriting.looking():
+        file = read_region(folder / FILE)
     found = json.loads(read_text_limited(folder / SETTING, MOST_SETTING))
     interest = None
     forest = folder / file.forest.file if file.forest else None

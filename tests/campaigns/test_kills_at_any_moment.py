@@ -1,18 +1,15 @@
 """Workers, scheduler and master are killed at any moment, while they start, run and merge: the same answer."""
 
-import os
-import random
-import signal
-import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
-psutil = pytest.importorskip("psutil")
+pytest.importorskip("psutil")
 pytest.importorskip("distributed")
+
+from tests.support.kills import killed
 
 CAMPAIGN = """name = "killed"
 scene = "avalanche_depth_averaged"
@@ -30,91 +27,6 @@ distribution = "uniform"
 low = 0.2
 high = 0.35
 """
-PATIENCE = 600.0
-"""Seconds after which a campaign that does not end has failed."""
-
-
-def start(*words, log):
-    return subprocess.Popen([sys.executable, "-m", *words], stdout=log, stderr=log, stdin=subprocess.DEVNULL)
-
-
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
-
-
-def kill(process):
-    try:
-        os.kill(process.pid, signal.SIGKILL)
-        return True
-    except (ProcessLookupError, psutil.NoSuchProcess):
-        return False
-
-
-class Cluster:
-    """A scheduler and two workers in processes of their own, started again when they are gone."""
-
-    def __init__(self, log):
-        self.address, self._log, self._running = f"tcp://127.0.0.1:{free_port()}", log, {}
-        self.keep()
-
-    def keep(self):
-        port = self.address.rpartition(":")[2]
-        here = ("--no-dashboard", "--host", "127.0.0.1")
-        words = {"scheduler": ("distributed.cli.dask_scheduler", "--port", port, *here),
-                 **{name: ("distributed.cli.dask_worker", self.address, "--nthreads", "1", "--no-nanny", "--name",
-                           f"{name}-{random.random()}", *here) for name in ("one", "two")}}
-        for name, command in words.items():
-            if name not in self._running or self._running[name].poll() is not None:
-                self._running[name] = start(*command, log=self._log)
-
-    @property
-    def processes(self):
-        return list(self._running.values())
-
-
-def killed(folder, kills, seed, scheduler=False):
-    """Do a campaign while it is killed; -> (kills by what was hit, exit code of the last command)."""
-    chance, hit = random.Random(seed), {"master": 0, "other": 0}
-    file, out = folder / "campaign.toml", folder / "out"
-    folder.mkdir(parents=True)
-    file.write_text(CAMPAIGN)
-    with open(folder / "log.txt", "w") as log:
-        cluster = Cluster(log) if scheduler else None
-        where = ("--scheduler", cluster.address, "--patience", "60") if cluster else ("--workers", "2")
-        command = ("snowmpm", "campaign", "run", str(file), "-o", str(out), "--resume", *where)
-        master, until = start(*command, log=log), time.monotonic() + PATIENCE + 15.0 * kills
-        try:
-            while time.monotonic() < until:
-                try:
-                    master.wait(chance.uniform(0.0, 3.0) if sum(hit.values()) < kills else 1.0)
-                except subprocess.TimeoutExpired:
-                    if cluster:
-                        cluster.keep()
-                    if sum(hit.values()) < kills:
-                        own = psutil.Process(master.pid).children(recursive=True) if master.poll() is None else []
-                        others = [*own, *(cluster.processes if cluster else ())]
-                        # Seldom the master: it takes seconds until it has workers that can be killed
-                        victim = master if chance.random() < 0.15 else chance.choice(others) if others else None
-                        if victim is not None:
-                            hit["master" if victim is master else "other"] += kill(victim)
-                    continue
-                if master.returncode == 0 and sum(hit.values()) >= kills:
-                    break
-                if master.returncode not in (0, -signal.SIGKILL):
-                    pytest.fail(f"{hit}: exit code {master.returncode}: " + (folder / "log.txt").read_text()[-1500:])
-                if master.returncode == 0:  # done before all kills: once more from its beginning, for the rest
-                    for record in sorted(out.glob("results/*/record.json"))[::2]:
-                        record.unlink()
-                master = start(*command, log=log)
-            return hit, master.poll()
-        finally:
-            for process in [master, *(cluster.processes if cluster else ())]:
-                kill(process)
-                process.wait()
-
-
 def whole(folder):
     folder.mkdir()
     (folder / "campaign.toml").write_text(CAMPAIGN)
@@ -130,7 +42,16 @@ def table(folder):
 @pytest.mark.slow
 @pytest.mark.parametrize(("scheduler", "kills"), [(False, 70), (True, 30)], ids=["of this machine", "of a scheduler"])
 def test_killed_at_any_moment(tmp_path, scheduler, kills):
-    hit, code = killed(tmp_path / "killed", kills, 3, scheduler)
+    folder = tmp_path / "killed"
+    folder.mkdir()
+    (folder / "campaign.toml").write_text(CAMPAIGN)
+
+    def again():
+        for record in sorted((folder / "out").glob("results/*/record.json"))[::2]:
+            record.unlink()
+
+    words = ("campaign", "run", str(folder / "campaign.toml"), "-o", str(folder / "out"))
+    hit, code = killed(folder, words, again, kills, 3, scheduler)
     print(f"{hit} killed")
     assert code == 0 and sum(hit.values()) >= kills and min(hit.values()) >= 3
     assert table(tmp_path / "killed") == whole(tmp_path / "whole")
