@@ -83,6 +83,17 @@ def work_on(job):
     return {**record, **about, "bounds": _bounds(job)}
 
 
+def work_on_all(jobs):
+    """Records of jobs, one after the other. Where one cannot be written, its record in place of all."""
+    found = []
+    for job in jobs:
+        record = work_on(job)
+        if record["status"] == work.UNWRITTEN:
+            return record
+        found.append(record)
+    return found
+
+
 def _bounds(job):
     """west, south, east, north [m] of its maps; None without."""
     file = Path(job.results) / work.MAPS

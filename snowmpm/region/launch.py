@@ -1,7 +1,10 @@
 """Running a region: release areas, runs on Dask, maps."""
 
+import itertools
 import json
+import math
 import shutil
+from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,11 +18,14 @@ from snowmpm.errors import InputError, shown_line
 from snowmpm.io import FolderLock
 from snowmpm.region import journal, plan
 from snowmpm.region.forecast import forecast
-from snowmpm.region.jobs import work_on
+from snowmpm.region.jobs import work_on_all
 from snowmpm.stages import stage
 
 EVERY = 50
 """Runs between two lines that say how far it is."""
+OVERHEAD, BUSY, MOST_BATCH = 0.005, 0.5, 64
+"""Seconds that the scheduler and this process take for a job (`tests/benchmarks/region_scale.py measure`); the share of
+their time for which they may be busy; runs of a job at most."""
 
 
 @dataclass(frozen=True)
@@ -84,21 +90,53 @@ def conduct(setting, scheduler=None, workers=None, retry=False, say=lambda text:
               results.open("a", encoding="utf-8") as file):
             say(f"dashboard: {site.dashboard}")
             conductor = Conductor(site, say, patience, options.backend == "cuda")
-            todo = (job for job in plan.jobs(setting) if int(job.hash, 16) not in known)
-            for job, outcome in conductor.results(work_on, todo):
-                record = outcome if isinstance(outcome, dict) else _given_up(job, outcome)
-                file.write(journal.line_of(record))
+            todo = Batches((job for job in plan.jobs(setting) if int(job.hash, 16) not in known),
+                           batch_of(len(site.workers()), expected.each))
+            for jobs, outcome in conductor.results(work_on_all, todo):
+                if not isinstance(outcome, list) and len(jobs) > 1:  # a worker died: which of them did it?
+                    todo.again(jobs)
+                    continue
+                for record in outcome if isinstance(outcome, list) else [_given_up(jobs[0], outcome)]:
+                    file.write(journal.line_of(record))
+                    count[record["status"]] += 1
+                    if record["status"] == "failed":
+                        say(f"{record['scenario']}, release {record['area']}, sample {record['sample']} failed:"
+                            f" {record['reason']}")
+                    now.done += 1
+                    now.detail = f"{count['failed']} failed" if count["failed"] else ""
+                    if now.done % EVERY == 0 and now.time_left is not None:
+                        say(f"{now.done} of {left} runs, {3600.0 * now.done / now.seconds:.0f} an hour,"
+                            f" {long_time(now.time_left)} left")
                 file.flush()
-                count[record["status"]] += 1
-                if record["status"] == "failed":
-                    say(f"{job.scenario}, release {job.area}, sample {job.sample} failed: {record['reason']}")
-                now.done += 1
-                now.detail = f"{count['failed']} failed" if count["failed"] else ""
-                if now.done % EVERY == 0 and now.time_left is not None:
-                    say(f"{now.done} of {left} runs, {3600.0 * now.done / now.seconds:.0f} an hour,"
-                        f" {long_time(now.time_left)} left")
     shutil.rmtree(folder / "runs", ignore_errors=True) if setting.file.keep != "runs" else None
     return Done(total, *(count[name] for name in journal.STATUS))
+
+
+def batch_of(workers, each):
+    """How many runs of so many seconds a job holds, so that the scheduler can feed all workers: at most MOST_BATCH."""
+    return int(min(MOST_BATCH, max(1, math.ceil(OVERHEAD * workers / (BUSY * each)))))
+
+
+class Batches:
+    """Tuples of jobs, made as they are taken; those of a batch that came to nothing come again one by one."""
+
+    def __init__(self, jobs, size):
+        self._jobs, self._size, self._again = iter(jobs), size, deque()
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        if self._again:
+            return (self._again.popleft(),)
+        found = tuple(itertools.islice(self._jobs, self._size))
+        if not found:
+            raise StopIteration
+        return found
+
+    def again(self, jobs):
+        """Take jobs back."""
+        self._again.extend(jobs)
 
 
 def _given_up(job, error):

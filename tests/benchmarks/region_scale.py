@@ -5,10 +5,11 @@
 
 measure sends jobs that do nothing to two workers, as `snowmpm region` sends releases. simulate plays N runs (40 000 by
 default) whose times are drawn from those of the region in DIR, on W workers: the scheduler gives out one job after the
-other, each for `overhead` seconds; a worker has the next one when the scheduler comes to it.
+other, each for `overhead` seconds; a worker has the next one when the scheduler comes to it. A job holds as many runs
+as `snowmpm region` puts into it for so many workers.
 
-Columns: workers; hours by the clock; efficiency: of what so many workers could do; busy: share of the time that the
-scheduler works.
+Columns: workers; batch: runs of a job; hours by the clock; efficiency: of what so many workers could do; busy: share of
+the time that the scheduler works.
 """
 
 import argparse
@@ -25,8 +26,8 @@ WORKERS = 1, 2, 10, 50, 100, 200, 500, 1000, 2000, 5000, 10_000
 
 def nothing(job):
     """A job that does nothing."""
-    return {"status": "done", "reason": "", "numbers": {}, "work": {}, "hash": f"{job:016x}", "scenario": "rare",
-            "area": job, "sample": 0, "bounds": None}
+    return [{"status": "done", "reason": "", "numbers": {}, "work": {}, "hash": f"{job:016x}", "scenario": "rare",
+             "area": job, "sample": 0, "bounds": None}]
 
 
 def measure(jobs=4000):
@@ -40,8 +41,8 @@ def measure(jobs=4000):
         conductor = Conductor(place)
         list(conductor.results(nothing, range(1, 200)))
         begun, spent = time.perf_counter(), time.process_time()
-        for _, record in conductor.results(nothing, range(1, jobs + 1)):
-            journal.line_of(record)
+        for _, records in conductor.results(nothing, range(1, jobs + 1)):
+            journal.line_of(records[0])
         return (time.perf_counter() - begun) / jobs, (time.process_time() - spent) / jobs
 
 
@@ -70,7 +71,7 @@ def main():
         wall, own = measure()
         print(f"{1e3 * wall:.2f} ms a job by the clock, {1e3 * own:.2f} ms of this process")
         return
-    from snowmpm.region import journal, plan
+    from snowmpm.region import journal, launch, plan
 
     setting = plan.read_setting(choice.folder)
     index = journal.index_of(setting.folder, list(setting.areas))
@@ -78,10 +79,13 @@ def main():
     times = np.random.default_rng(1).choice(known, choice.runs)
     with (choice.output.open("w", newline="", encoding="utf-8") if choice.output else sys.stdout) as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(["workers", "hours", "efficiency", "busy"])
+        table.writerow(["workers", "batch", "hours", "efficiency", "busy"])
         for workers in WORKERS:
-            hours, busy = simulate(times, workers, choice.overhead)
-            table.writerow([workers, f"{hours:.3g}", f"{times.sum() / 3600.0 / workers / hours:.3f}", f"{busy:.3f}"])
+            batch = launch.batch_of(workers, float(known.mean()))
+            jobs = [times[k : k + batch].sum() for k in range(0, len(times), batch)]
+            hours, busy = simulate(jobs, workers, choice.overhead)
+            table.writerow([workers, batch, f"{hours:.3g}", f"{times.sum() / 3600.0 / workers / hours:.3f}",
+                            f"{busy:.3f}"])
 
 
 if __name__ == "__main__":

@@ -135,7 +135,8 @@ def test_a_failing_release_is_listed_and_done_again(region_file, tmp_path):
     broken = list(plan.jobs(setting))[1]
     results = plan.results_of(setting.folder, broken.hash)
     results.mkdir(parents=True)
-    (results / "record.json").write_text(json.dumps({"status": "failed", "reason": "a test", "numbers": {}, "work": {}}))
+    record = {"status": "failed", "reason": "a test", "numbers": {}, "work": {}}
+    (results / "record.json").write_text(json.dumps(record))
     said = []
     launch.run_region(file, setting.folder, workers=2, resume=True, say=said.append)
     assert any("failed: a test" in line for line in said)

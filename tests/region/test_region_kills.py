@@ -7,7 +7,9 @@ import pytest
 
 pytest.importorskip("psutil")
 pytest.importorskip("distributed")
-rasterio = pytest.importorskip("rasterio")
+pytest.importorskip("rasterio")
+
+import rasterio
 
 from snowmpm.region import launch, maps, plan
 from snowmpm.region.spec import read_region

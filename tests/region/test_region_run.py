@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import rasterio
 
 from snowmpm.campaigns.work import MAPS as RUN_MAPS
 from snowmpm.errors import InputError
@@ -11,7 +12,6 @@ from snowmpm.region import journal, launch, maps, plan
 from snowmpm.region.spec import read_region
 
 pytest.importorskip("distributed")
-rasterio = pytest.importorskip("rasterio")
 
 MORE = """
 [scenarios.frequent]
