@@ -138,6 +138,8 @@ def shorter(line, folder):
             words += ["--overwrite"]
         if "--time" in words:  # given runs end at 0.5 s
             words[words.index("--time") + 1] = "0.3"
+        if words[:1] == ["cp"]:
+            words[1] = str(ROOT / words[1])
         if words[:2] == ["snowmpm", "micro"]:
             words[2] = str(ROOT / words[2])
         parts.append(shlex.join(words))

@@ -83,6 +83,7 @@ def write(path, side=30_000.0, cell=5.0, seed=1):
 
 
 def main():
+    """Write a massif, as the command line says."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("file", type=Path)
     parser.add_argument("--side", type=float, default=30_000.0, help="m")

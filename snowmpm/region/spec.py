@@ -37,7 +37,8 @@ class Forest(Spec):
 class Bounds(Spec):
     """Changes of the rule of a scenario; what is missing is as published."""
 
-    EXAMPLES: ClassVar = {"least": 30.0, "smallest": 2500.0}
+    EXAMPLES: ClassVar = {"least": 30.0, "most": 50.0, "curvature": 5.5, "ruggedness": 0.035, "altitude": 600.0,
+                          "mean": 30.0, "scale": 800.0, "smallest": 2500.0, "largest": 60_000.0}
 
     least: Annotated[Number, Field(ge=15.0, le=60.0)] | None = None
     """least slope [degrees]"""
@@ -62,7 +63,7 @@ class Bounds(Spec):
 class Scenario(Spec):
     """Releases of a return period."""
 
-    EXAMPLES: ClassVar = {"period": 100.0, "thickness": {"three_day_snow": 1.6}}
+    EXAMPLES: ClassVar = {"file": "release_areas.gpkg", "areas": "rare", "bounds": {"least": 32.0}}
 
     period: Annotated[Number, Field(ge=1.0, le=10_000.0)]
     """return period [years]"""
@@ -143,6 +144,7 @@ class Samples(Spec):
     friction: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.15
     """deviation of the logarithm of mu [-]"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 1
+    """of the design"""
 
 
 class Flow(Spec):
@@ -162,7 +164,8 @@ class Flow(Spec):
 class RegionFile(Spec):
     """A region. Paths are relative to its file."""
 
-    EXAMPLES: ClassVar = {"terrain": "massif.tif", "scenarios": {"rare": {"period": 100.0}}}
+    EXAMPLES: ClassVar = {"attribution": "National survey, 2025", "area_of_interest": "villages.gpkg",
+                          "exposed": ["houses.gpkg", "roads.gpkg"], "keep": "runs"}
 
     name: Name
     """also the name of the default output folder"""

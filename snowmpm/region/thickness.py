@@ -27,7 +27,7 @@ THINNEST = 0.1
 class Thickness(Spec):
     """How thick releases are, normal to the slope: one of value, file and three_day_snow."""
 
-    EXAMPLES: ClassVar = {"three_day_snow": 1.2, "wind": 0.3}
+    EXAMPLES: ClassVar = {"value": 1.2, "file": "d0.tif"}
 
     value: Positive | None = None
     """of all releases [m]"""

@@ -19,7 +19,7 @@ def rows(text):
             yield section, [cell.strip() for cell in CELLS.split(line)[1:-1]]
 
 
-@pytest.mark.parametrize("name", ["keys", "campaign_keys"])
+@pytest.mark.parametrize("name", ["keys", "campaign_keys", "region_keys"])
 def test_every_key_has_words_and_an_example(name):
     """But those that say which of several tables one is, and those that hold a table, which is linked."""
     bare = [(section, cells[0]) for section, cells in rows(page(name))
@@ -34,13 +34,14 @@ def test_every_number_of_a_scene_has_a_unit():
     assert [place for place, unit in keys.units(Scene.model_json_schema()).items() if unit is None] == []
 
 
-@pytest.mark.parametrize("name", ["keys", "campaign_keys"])
+@pytest.mark.parametrize("name", ["keys", "campaign_keys", "region_keys"])
 def test_every_key_of_the_schema_is_on_the_page(name):
     from snowmpm.campaigns.spec import CampaignFile
+    from snowmpm.region.spec import RegionFile
     from snowmpm.scenes.keytree import places
     from snowmpm.scenes.schema import Scene
 
-    schema = (Scene if name == "keys" else CampaignFile).model_json_schema()
+    schema = {"keys": Scene, "campaign_keys": CampaignFile, "region_keys": RegionFile}[name].model_json_schema()
     told = {cells[0].strip("`") for _, cells in rows(page(name))}
     assert set(places(schema)) - {"NAME", *keys.WRITTEN} <= told
 

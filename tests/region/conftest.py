@@ -11,20 +11,7 @@ pytest.importorskip("pyogrio")
 from snowmpm.region import massif
 from snowmpm.region.elevations import Grid, write_blocks
 from snowmpm.terrain.reference_system import ReferenceSystem
-
-TEXT = """name = "trial"
-terrain = "massif.tif"
-most_releases = 4
-[scenarios.rare]
-period = 100.0
-thickness = {{ three_day_snow = 1.6 }}
-[flow]
-cell = 20.0
-end_time = 60.0
-[friction]
-card = "voellmy_avaframe"
-{more}
-"""
+from tests.support.region import TEXT
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,7 @@ from snowmpm.region import release_areas as areas_of
 from snowmpm.region.elevations import open_elevations
 from snowmpm.region.release_terrain import RULES
 from snowmpm.region.spec import read_region
-from tests.region.test_release_areas import ROOF, roof
+from tests.support.region import ROOF, roof
 
 pytest.importorskip("distributed")
 

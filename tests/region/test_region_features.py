@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-import rasterio
 
 from snowmpm.campaigns.work import start_quietly
 from snowmpm.region import exposure, jobs, launch, plan

@@ -13,8 +13,8 @@ import rasterio
 
 from snowmpm.region import launch, maps, plan
 from snowmpm.region.spec import read_region
-from tests.region.conftest import TEXT
 from tests.support.kills import killed
+from tests.support.region import TEXT
 
 
 def region(folder, terrain, releases):

@@ -10,6 +10,7 @@ from snowmpm.campaigns.work import MAPS as RUN_MAPS
 from snowmpm.errors import InputError
 from snowmpm.region import journal, launch, maps, plan
 from snowmpm.region.spec import read_region
+from tests.support.region import TEXT
 
 pytest.importorskip("distributed")
 
@@ -26,8 +27,6 @@ runs = 2
 def done(terrain, tmp_path_factory):
     """A region that was run, and its folder."""
     folder = tmp_path_factory.mktemp("region")
-    from tests.region.conftest import TEXT
-
     (folder / "massif.tif").write_bytes(terrain.read_bytes())
     (folder / "region.toml").write_text(TEXT.format(more=MORE))
     said = []

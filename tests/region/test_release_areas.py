@@ -9,16 +9,9 @@ from snowmpm.region.elevations import as_geotiff, open_elevations
 from snowmpm.region.forest import open_forest
 from snowmpm.region.release_terrain import RULES, Rule
 from snowmpm.seeding.regions import read_regions
+from tests.support.region import ROOF, roof
 
 RARE = RULES["rare"]
-ROOF = Rule(least=28.0, mean=28.0, scale=10_000.0, largest=400_000.0)
-"""One area a face, however large."""
-
-
-def roof(n=120, cell=5.0, angle=36.0):
-    """Two faces of one slope that fall to the west and to the east from a ridge in the middle."""
-    x = cell * (np.arange(n) + 0.5 - n / 2)
-    return np.broadcast_to(2000.0 - np.tan(np.radians(angle)) * np.abs(x), (n, n)).copy()
 
 
 def test_a_roof_has_two_areas_that_face_away(raster):

@@ -5,6 +5,7 @@ import importlib
 PAGES = {
     "keys": "keys of a scene: unit, default, range, example",
     "campaign_keys": "keys of a campaign",
+    "region_keys": "keys of a region",
     "cards": "material cards and classes of ground friction: numbers, sources, validity",
     "commands": "commands and their options",
     "fields": "fields of the particles, and every number with a name",
