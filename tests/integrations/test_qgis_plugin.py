@@ -55,7 +55,9 @@ def test_friction_and_numbers_are_those_of_the_program():
     cards = {path.stem for path in (LIBRARY / "friction").glob("*.toml")}
     assert set(constants("base")["CARDS"]) <= cards | {"samos_at_auto"}
     from snowmpm.quantities.table import NUMBERS, RASTERS
+    from snowmpm.region.release_terrain import RULES
 
+    assert constants("release_areas")["RULES"] == tuple(RULES)
     numbers, rasters = {one.name for one in NUMBERS}, {f"{one.name}.tif" for one in RASTERS} | {"avalanche.gpkg"}
     assert {name for name, _ in constants("avalanche")["NUMBERS"].values()} <= numbers
     assert {name for name, _ in constants("avalanche")["MAPS"].values()} <= rasters
@@ -80,7 +82,7 @@ def test_the_zip_holds_the_plugin_and_its_help(tmp_path):
     assert {"snowmpm_qgis/metadata.txt", "snowmpm_qgis/LICENSE", "snowmpm_qgis/icon.svg"} <= set(names)
     sources = "".join(path.read_text() for path in PLUGIN.glob("*.py"))
     titles = re.findall(r'KEY, TITLE, GROUP = "\w+", "([^"]+)"', sources)
-    assert len(titles) == 7
+    assert len(titles) == 8
     assert all(f'id="{title.lower().replace(" ", "-")}">{title}</h3>' in page for title in titles)
     assert ".md" not in page and "<img" not in page
 
@@ -241,9 +243,14 @@ def test_other_algorithms_and_projections(tmp_path, files):
                                                      "OUTPUT": str(tmp_path / "maps")}},
         {"algorithm": "snowmpm:compare_with_observed", "parameters": {"RUN_FOLDER": run, "OBSERVED": "seen",
                                                                       "OUTPUT": str(tmp_path / "seen")}},
+        {"algorithm": "snowmpm:release_areas", "parameters": {"TERRAIN": "dem", "OUTPUT": str(tmp_path / "areas")}},
+        {"algorithm": "snowmpm:release_areas", "parameters": {"TERRAIN": "degrees", "FOREST": "release",
+                                                              "OUTPUT": str(tmp_path / "forest")}},
     ], picture=str(tmp_path / "map.png"))
     assert all(one["fine"] for one in found), [one["log"][-3:] for one in found if not one["fine"]]
-    degrees, field, table, dams, campaign, maps, seen = found
+    degrees, field, table, dams, campaign, maps, seen, areas, wooded = found
+    assert names(areas["tree"][0][1]) == ["release areas"] and areas["result"]["COUNT"] > 1
+    assert wooded["result"]["COUNT"] > 0
     assert any("is brought from EPSG:4326 to EPSG:31287" in line for line in degrees["log"])
     assert degrees["result"]["RUNOUT"] > 300.0
     for one, scenarios in ((field, ["100 years", "10 years"]), (table, ["10 years", "30 years"]),
@@ -339,6 +346,7 @@ def test_every_algorithm_by_qgis_process(tmp_path, files):
     work = {
         "avalanche": ground, "scenarios": [*ground, "SCENARIOS=10 years,0.7,,30 years,1.0,"],
         "dam_variants": [*ground, f"DAMS={tmp_path / 'dams.geojson'}"], "campaign": [*ground, "RUNS=2"],
+        "release_areas": [ground[0], "SCENARIO=rare", "SNOW=1.2"],
         "maps": [f"RUN_FOLDER={tmp_path / 'avalanche'}"],
         "compare_with_observed": [f"RUN_FOLDER={tmp_path / 'avalanche'}", f"OBSERVED={release}"]}
     assert sorted(listed) == sorted([*work, "set_up"])

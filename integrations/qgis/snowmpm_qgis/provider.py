@@ -12,11 +12,12 @@ from .dams import DamVariants
 from .maps import MapsOfRun
 from .observed import CompareWithObserved
 from .program import COMMAND
+from .release_areas import ReleaseAreas
 from .scenarios import ScenarioSet
 from .set_up import SetUp
 from .words import tr
 
-ALGORITHMS = (Avalanche, ScenarioSet, DamVariants, Campaign, MapsOfRun, CompareWithObserved, SetUp)
+ALGORITHMS = (Avalanche, ReleaseAreas, ScenarioSet, DamVariants, Campaign, MapsOfRun, CompareWithObserved, SetUp)
 
 
 class Provider(QgsProcessingProvider):
