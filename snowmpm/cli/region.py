@@ -84,7 +84,7 @@ def check_region(file, as_json):
     found = read_region(file)
     cluster.require_cluster()
     with tempfile.TemporaryDirectory() as folder:
-        setting = plan.make(found, folder)
+        setting = plan.make(found, folder, copies=False)
         cost = forecast.forecast(setting, cluster.worker_count(found.cluster))
         if as_json:
             print_json({"areas": setting.areas, "cell": setting.cell, "runs": cost.runs, "seconds_each": cost.each,

@@ -1,6 +1,7 @@
 """Windows of an elevation raster of any size: only what is asked for is read."""
 
 import contextlib
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,16 @@ class Grid:
         from rasterio.transform import from_origin
 
         return from_origin(self.west + column * self.cell, self.north - row * self.cell, self.cell, self.cell)
+
+
+def lattice(grid, cell):
+    """`Grid` of cells of a side [m], on the lines that the maps of all runs have, which covers a raster."""
+    west, south, east, north = grid.bounds
+    lines = [grid.cell * (round(side / grid.cell, 6) % 1.0) for side in (west, south)]
+    first = [line + cell * math.floor((side - line) / cell + 1e-6)
+             for line, side in zip(lines, (west, south), strict=True)]
+    columns, rows = (math.ceil((end - start) / cell - 1e-6) for start, end in zip(first, (east, north), strict=True))
+    return Grid(first[0], first[1] + rows * cell, cell, rows, columns, grid.system)
 
 
 class Elevations:

@@ -19,7 +19,7 @@ from snowmpm.campaigns import work
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.region import friction, plan
-from snowmpm.region.elevations import open_elevations, write_blocks
+from snowmpm.region.elevations import lattice, open_elevations, write_blocks
 from snowmpm.region.forest import open_forest
 from snowmpm.region.release_terrain import HALO
 
@@ -35,6 +35,8 @@ MARGIN = 150.0
 """Around what routing reaches [m]."""
 FARTHEST = 8000.0
 """From a release, that routing looks at [m]."""
+DEEP, HIGH = 9000.0, 1000.0
+"""Below the lowest and above the highest place of a release [m], as far as its flow is followed."""
 OUT_OF_REACH = "out of reach"
 """Reason of a release that was not run, since it cannot reach the area of interest."""
 
@@ -74,10 +76,12 @@ class OutOfReach(InputError):
 
 def work_on(job):
     """Do a `RegionJob`, unless it is done; -> its record, with what the list of results needs."""
+    about = {"hash": job.hash, "scenario": job.scenario, "area": job.area, "sample": job.sample}
+    if any(place.is_symlink() for one in (job.results, job.run) for place in (Path(one), Path(one).parent)):
+        return {"status": "failed", "reason": "its folder is a link", "numbers": {}, "work": {}, **about}
     begun = clock.process_time()
     record = work.work_with(job, run_release)
     record.setdefault("work", {})["processor"] = clock.process_time() - begun
-    about = {"hash": job.hash, "scenario": job.scenario, "area": job.area, "sample": job.sample}
     if record["status"] == "failed" and record["reason"] == OUT_OF_REACH:
         return {**record, **about, "status": "out_of_reach"}
     return {**record, **about, "bounds": _bounds(job)}
@@ -135,7 +139,8 @@ def run_release(job):
 def note_window(run, window, tries, grid):
     """Add to the numbers of a run its windows, and whether it touches the border of the terrain."""
     west, south, east, north = grid.bounds
-    at = window[0] <= west + 1e-6, window[1] <= south + 1e-6, window[2] >= east - 1e-6, window[3] >= north - 1e-6
+    near = run.maps["peak_depth"].cell + grid.cell
+    at = window[0] <= west + near, window[1] <= south + near, window[2] >= east - near, window[3] >= north - near
     run.hazard.setdefault("numbers", {})["windows"] = float(tries + 1)
     run.hazard["numbers"]["window_at_border"] = float(any(at))
 
@@ -198,13 +203,17 @@ def _meets(reached, x, y, cell, interest):
 
 
 def _window(elevations, box, setting):
-    """A box [m] in whole cells of the flow, counted from the corner of the terrain, and within it."""
-    grid, cell = elevations.grid, setting.cell
-    west, south, east, north = grid.bounds
-    across, along = math.floor((east - west) / cell + 1e-9), math.floor((north - south) / cell + 1e-9)
-    first = max(0, math.floor((box[0] - west) / cell)), max(0, math.floor((north - box[3]) / cell))
-    last = min(across, math.ceil((box[2] - west) / cell)), min(along, math.ceil((north - box[1]) / cell))
-    return (west + first[0] * cell, north - last[1] * cell, west + last[0] * cell, north - first[1] * cell)
+    """A box [m] on the lines of the maps, as far as the ground is known: between the middles of outermost cells."""
+    grid = elevations.grid
+    cells, half = lattice(grid, setting.cell), 0.5 * grid.cell
+    found = []
+    for low, high, begin, lowest, highest in (
+            (box[0], box[2], cells.west, grid.bounds[0] + half, grid.bounds[2] - half),
+            (box[1], box[3], cells.bounds[1], grid.bounds[1] + half, grid.bounds[3] - half)):
+        first = max(math.floor((low - begin) / setting.cell), math.ceil((lowest - begin) / setting.cell - 1e-9))
+        last = min(math.ceil((high - begin) / setting.cell), math.floor((highest - begin) / setting.cell + 1e-9))
+        found.append((begin + setting.cell * first, begin + setting.cell * last))
+    return found[0][0], found[1][0], found[0][1], found[1][1]
 
 
 def _grown(run, grid, box, cell):
@@ -216,8 +225,9 @@ def _grown(run, grid, box, cell):
     there = np.nan_to_num(raster.values) > 0.0
     west, south, east, north = grid.bounds
     wide, high = GROWTH * (box[2] - box[0]), GROWTH * (box[3] - box[1])
-    touched = (there[:, :2].any() and box[0] > west + cell, there[:2].any() and box[1] > south + cell,
-               there[:, -2:].any() and box[2] < east - cell, there[-2:].any() and box[3] < north - cell)
+    near = cell + grid.cell
+    touched = (there[:, :2].any() and box[0] > west + near, there[:2].any() and box[1] > south + near,
+               there[:, -2:].any() and box[2] < east - near, there[-2:].any() and box[3] < north - near)
     if not any(touched):
         return None
     return tuple(side + sign * reach * bool(own) for side, sign, reach, own in zip(
@@ -233,8 +243,11 @@ def changes_of(job, setting, area, elevations, window, inputs):
         {"type": "FeatureCollection", "features": [
             {"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(area.geometry)}],
          **({"crs": {"type": "name", "properties": {"name": setting.crs}}} if setting.crs else {})}))
+    step = elevations.grid.cell
     changes = {
-        "terrain.region": {"x": [window[0], window[2]], "y": [window[1], window[3]]},
+        # The cells of the flow are those of the maps; the ground is known a cell further
+        "domain": {"min": [*window[:2], area.lowest - DEEP], "max": [*window[2:], area.highest + HIGH]},
+        "terrain.region": {"x": [window[0] - step, window[2] + step], "y": [window[1] - step, window[3] + step]},
         "bodies.0.shape.region": {"file": str(release)}, "bodies.0.shape.top": float(f"{thick:.9g}")}
     if setting.file.friction.classes:
         changes["terrain.friction"] = _classes(job, setting, elevations, window, inputs, volume)

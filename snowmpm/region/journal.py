@@ -15,6 +15,11 @@ NUMBERS = ("release_volume", "affected_area", "runout", "travel_angle", "largest
            "largest_flow_pressure", "flow_depth", "left_share", "windows", "window_at_border", "end", "final")
 """Numbers of a run that its line holds."""
 STATUS = "done", "failed", "out_of_reach"
+FAILED = 1
+"""Number of it."""
+KINDS = [("hash", "u8"), ("scenario", "i2"), ("area", "i4"), ("sample", "i4"), ("status", "i1"), ("w", "f8"),
+         ("s", "f8"), ("e", "f8"), ("n", "f8"), ("depth", "f4"), ("seconds", "f4")]
+"""Of the table of all runs."""
 HASH = re.compile("[0-9a-f]{16}")
 LONGEST = 1 << 14
 """Characters of a line."""
@@ -24,7 +29,7 @@ LONGEST = 1 << 14
 class Index:
     """What is known of all runs, as arrays (n,): hash (16 hex digits as a whole number), scenario (number of it in
     names), area, sample, status (number of STATUS), bounds (n, 4) [m], NaN without maps, flow_depth [m], seconds (of
-    processor time)."""
+    processor time), samples (of its release that did not fail)."""
 
     names: list
     hash: np.ndarray
@@ -35,6 +40,7 @@ class Index:
     bounds: np.ndarray
     flow_depth: np.ndarray
     seconds: np.ndarray
+    samples: np.ndarray
 
     def name_of(self, k):
         """Hash of run k."""
@@ -109,25 +115,25 @@ def done(folder, retry=False):
 
 def index_of(folder, names):
     """`Index` of a folder, sorted by scenario, area and sample. names: of its scenarios."""
-    newest: dict[int, int] = {}
-    rows: list[tuple] = []
+    table = np.fromiter(_rows(folder, list(names)), dtype=KINDS)
+    newest = len(table) - 1 - np.unique(table["hash"][::-1], return_index=True)[1]
+    table = table[newest]
+    table = table[np.lexsort((table["sample"], table["area"], table["scenario"]))]
+    bounds = np.stack([table[side] for side in "wsen"], axis=1)
+    _, which, counts = np.unique(table[["scenario", "area"]][table["status"] != FAILED], return_inverse=True,
+                                 return_counts=True)
+    samples = np.zeros(len(table), np.int32)
+    samples[table["status"] != FAILED] = counts[which]
+    return Index(list(names), *(table[name] for name in ("hash", "scenario", "area", "sample", "status")), bounds,
+                 table["depth"], table["seconds"], samples)
+
+
+def _rows(folder, names):
+    """Rows of KINDS of the entries."""
     for entry in lines(folder):
         if entry["scenario"] not in names:
             raise InputError(f"{Path(folder) / RESULTS}: scenario {entry['scenario'][:60]!r}: not one of"
                              f" {', '.join(names)}")
-        own, bounds = int(entry["hash"], 16), entry["bounds"]
-        row = (own, names.index(entry["scenario"]), entry["area"], entry["sample"], STATUS.index(entry["status"]),
-               *(bounds or (math.nan,) * 4), float(entry["numbers"].get("flow_depth", 0.0)),
-               float(entry.get("seconds") or 0.0))
-        if own in newest:
-            rows[newest[own]] = row
-        else:
-            newest[own] = len(rows)
-            rows.append(row)
-    kinds = [("hash", "u8"), ("scenario", "i2"), ("area", "i4"), ("sample", "i4"), ("status", "i1"), ("w", "f8"),
-             ("s", "f8"), ("e", "f8"), ("n", "f8"), ("depth", "f4"), ("seconds", "f4")]
-    table = np.array(rows, dtype=kinds)
-    table = table[np.lexsort((table["sample"], table["area"], table["scenario"]))]
-    bounds = np.stack([table[side] for side in "wsen"], axis=1)
-    return Index(list(names), *(table[name] for name in ("hash", "scenario", "area", "sample", "status")), bounds,
-                 table["depth"], table["seconds"])
+        yield (int(entry["hash"], 16), names.index(entry["scenario"]), entry["area"], entry["sample"],
+               STATUS.index(entry["status"]), *(entry["bounds"] or (math.nan,) * 4),
+               float(entry["numbers"].get("flow_depth", 0.0)), float(entry.get("seconds") or 0.0))

@@ -15,7 +15,6 @@ Cloud-optimised GeoTIFFs with overviews, and maps.zarr over scenario, y and x.
 """
 
 import contextlib
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +26,7 @@ from snowmpm.draft import draft
 from snowmpm.io.geotiff import NO_DATA, require_rasterio
 from snowmpm.quantities.quantity import written
 from snowmpm.region import journal, plan
-from snowmpm.region.elevations import CACHE, Grid, open_elevations, profile_of
+from snowmpm.region.elevations import CACHE, lattice, open_elevations, profile_of
 from snowmpm.region.jobs import MAPPED
 from snowmpm.stages import counted
 
@@ -71,16 +70,9 @@ def _frequencies(setting):
 
 
 def grid_of(setting):
-    """`Grid` of the maps: cells of the flow that cover the terrain, on the lines that the maps of all runs have."""
+    """`Grid` of the maps: cells of the flow that cover the terrain."""
     with open_elevations(setting.terrain) as elevations:
-        own = elevations.grid
-    west, south, east, north = own.bounds
-    cell = setting.cell
-    lines = [own.cell * (round(side / own.cell, 6) % 1.0) for side in (west, south)]
-    first = [line + cell * math.floor((side - line) / cell + 1e-6)
-             for line, side in zip(lines, (west, south), strict=True)]
-    columns, rows = (math.ceil((end - start) / cell - 1e-6) for start, end in zip(first, (east, north), strict=True))
-    return Grid(first[0], first[1] + rows * cell, cell, rows, columns, own.system)
+        return lattice(elevations.grid, setting.cell)
 
 
 def write_all(setting):
@@ -199,9 +191,8 @@ def _scenario(setting, index, grid, own, rows, columns, limits):
             np.maximum(peak, np.where(reached, values, 0.0), out=peak)
             for n, limit in enumerate(limits):
                 hits[(n, *window)] += reached & (values[2] >= limit)
-        samples = int(((index.scenario == index.scenario[runs[0]]) & (index.area == area) & (index.status != 1)).sum())
         releases += hits[0] > 0
-        survives *= 1.0 - hits / samples
+        survives *= 1.0 - hits / int(index.samples[runs].max())
     return peaks, releases, survives
 
 

@@ -23,7 +23,7 @@ import shapely
 from scipy.stats import norm
 
 from snowmpm import __version__, overwriting, plugins
-from snowmpm.campaigns import design
+from snowmpm.campaigns import design, untrusted
 from snowmpm.draft import draft, write_text
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.projection import epsg_of
@@ -82,8 +82,10 @@ def areas_file(folder, scenario):
 @functools.lru_cache(maxsize=4)
 def _setting(folder, stamp):
     folder = Path(folder)
+    untrusted.require_no_links(folder)
     with overwriting.looking():
         file = read_region(folder / FILE)
+        _require_within(file)
     found = json.loads(read_text_limited(folder / SETTING, MOST_SETTING))
     interest = None
     forest = folder / file.forest.file if file.forest else None
@@ -93,6 +95,14 @@ def _setting(folder, stamp):
         interest = interest_of(folder / file.area_of_interest, system)
     return Setting(file, folder, folder / TERRAIN, forest, interest, found["crs"], system and system.wkt,
                    float(found["cell"]), {str(name): int(n) for name, n in found["areas"].items()}, found["digests"])
+
+
+def _require_within(file):
+    """Raise InputError for a region that names files outside of its folder: it may come from anybody."""
+    exposed = {f"exposed.{k}": file.path(one) for k, one in enumerate(file.exposed)}
+    for key, path in {**sources(file), **exposed}.items():
+        if path != file.base_dir / TERRAIN and (path.parent != file.base_dir / INPUTS or path.is_symlink()):
+            raise InputError(f"{file.source}: {key}: must lie in {INPUTS}/ of its folder")
 
 
 def read_setting(folder):
@@ -167,10 +177,10 @@ def jobs(setting):
     shared = (__version__, plugins.records(), setting.digests, card, setting.cell,
               file.model_dump(mode="json", include={"flow", "friction", "forest"}))
     for scenario, count in setting.areas.items():
-        own = file.scenarios[scenario].model_dump(mode="json")
+        own = hash_of(shared, scenario, file.scenarios[scenario].model_dump(mode="json"))
         for number in chosen(count, file.most_releases):
             for sample, (thick, rubs) in enumerate(factors(file.samples)):
-                name = hash_of(shared, scenario, own, number, thick, rubs)
+                name = hash_of(own, number, thick, rubs)
                 yield RegionJob(name, str(setting.folder), scenario, number, sample, thick, rubs, file.keep,
                                 file.cluster.threads, loaded)
 
@@ -248,10 +258,10 @@ def _compared(file):
     return found
 
 
-def make(file, folder):
+def make(file, folder, copies=True):
     """Find the release areas of a `RegionFile`, and write its folder; -> `Setting`. Raises InputError for bad input,
-    before anything is written."""
-    folder = Path(folder)
+    before anything is written. copies: whether files are copied to it; without, nothing can be run from it."""
+    folder = Path(folder).resolve()
     given = sources(file)
     with stage("reading files"):
         digests = {key: digest(path) for key, path in given.items()}
@@ -271,31 +281,36 @@ def make(file, folder):
                 found = {name: _areas(file, name, elevations, forest, scratch) for name in file.scenarios}
             for name, areas in found.items():
                 areas_of.write(areas, areas_file(folder, name), name, grid.system)
-            _copy_terrain(elevations, folder / TERRAIN)
+            if copies or source != given["terrain"]:
+                _copy_terrain(elevations, folder / TERRAIN)
+                source = folder / TERRAIN
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
         with contextlib.suppress(OSError):  # where nothing came of it
             folder.rmdir()
-    own = _with_copies(file, folder)
-    write_text(folder / FILE, table_text(own))
-    write_text(folder / BASE, _base(file, cell))
     code = grid.system and epsg_of(grid.system.wkt)
-    write_text(folder / SETTING, json.dumps({
-        "cell": cell, "crs": f"urn:ogc:def:crs:EPSG::{code}" if code else None, "digests": digests,
-        "areas": {name: len(areas) for name, areas in found.items()}}, indent=1))
+    crs = f"urn:ogc:def:crs:EPSG::{code}" if code else None
+    counts = {name: len(areas) for name, areas in found.items()}
+    write_text(folder / BASE, _base(file, cell, source))
+    if not copies:
+        return Setting(file, folder, source, given.get("forest"), None, crs, grid.system and grid.system.wkt, cell,
+                       counts, digests)
+    write_text(folder / FILE, table_text(_with_copies(file, folder)))
+    write_text(folder / SETTING, json.dumps({"cell": cell, "crs": crs, "digests": digests, "areas": counts}, indent=1))
     return read_setting(folder)
 
 
 def rewrite(file, folder):
     """Take over the keys of a file that may change when a region is resumed."""
-    folder = Path(folder)
-    own = read_setting(folder).file.model_dump(exclude_none=True, exclude_defaults=True)
+    folder, setting = Path(folder), read_setting(folder)
+    own = setting.file.model_dump(exclude_none=True, exclude_defaults=True)
     new = file.model_dump(exclude_none=True, exclude_defaults=True)
     kept = {key: value for key, value in own.items() if key not in FREE}
     for key in FREE:
         if key in new:
             kept[key] = [_copied(file.path(one), folder) for one in new[key]] if key == "exposed" else new[key]
     write_text(folder / FILE, table_text(kept | {"name": file.name}))
+    write_text(folder / BASE, _base(setting.file, setting.cell, folder / TERRAIN))  # whatever lies there
     _setting.cache_clear()
 
 
@@ -402,13 +417,13 @@ def _copied(path, folder):
     return f"{INPUTS}/{name}"
 
 
-def _base(file, cell):
-    """The scene that all runs change."""
+def _base(file, cell, terrain):
+    """The scene that all runs change; terrain: its file."""
     scene = {
         "name": file.name, "dimension": 3, "end_time": file.flow.end_time,
         "output": {"interval": max(FRAMES, file.flow.end_time / 20.0), "map_cell": cell},
         "solver": {"method": "depth", "dx": cell},
-        "terrain": {"kind": "dem", "file": TERRAIN, "friction": 0.3},
+        "terrain": {"kind": "dem", "file": TERRAIN if terrain.name == TERRAIN else str(terrain), "friction": 0.3},
         "materials": {"snow": {"kind": "elastic", "density": file.flow.density, "youngs_modulus": 1e6,
                                "poisson_ratio": 0.3}},
         "bodies": [{"name": "release", "material": "snow", "shape": {

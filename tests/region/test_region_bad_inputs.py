@@ -169,3 +169,42 @@ def test_a_line_that_a_kill_cut_off_is_left_out(tmp_path):
 def test_cells_too_coarse(raster):
     with open_elevations(raster(roof(40), cell=50.0)) as elevations, pytest.raises(InputError, match="best 5 m"):
         areas_of.release_areas(elevations, RULES["rare"])
+
+
+@pytest.mark.parametrize(("old", "new"), [
+    ('terrain = "terrain.tif"', 'terrain = "/etc/hostname"'),
+    ('terrain = "terrain.tif"', 'terrain = "../secret.tif"'),
+    ('terrain = "terrain.tif"', 'terrain = "terrain.tif"\nexposed = ["../houses.geojson"]'),
+    ('terrain = "terrain.tif"', 'terrain = "terrain.tif"\narea_of_interest = "../houses.geojson"'),
+])
+def test_a_folder_from_elsewhere_reads_nothing_outside(region_file, tmp_path, old, new):
+    made = plan.make(read_region(region_file()), tmp_path / "out")
+    for name in ("secret.tif", "houses.geojson"):
+        (tmp_path / name).write_text("{}")
+    text = (made.folder / plan.FILE).read_text()
+    assert old in text
+    (made.folder / plan.FILE).write_text(text.replace(old, new))
+    plan._setting.cache_clear()
+    with pytest.raises(InputError, match="must lie in inputs/ of its folder"):
+        plan.read_setting(made.folder)
+
+
+@pytest.mark.parametrize("text", ["[]", "{}", '{"cell": "x", "crs": null, "areas": {}, "digests": {}}', "no json"])
+def test_a_damaged_folder_is_refused(region_file, tmp_path, text):
+    made = plan.make(read_region(region_file()), tmp_path / "out")
+    (made.folder / plan.SETTING).write_text(text)
+    plan._setting.cache_clear()
+    with pytest.raises(InputError, match="not written by this program"):
+        plan.read_setting(made.folder)
+
+
+def test_a_link_in_a_folder_from_elsewhere_is_not_written_through(region_file, tmp_path):
+    made = plan.make(read_region(region_file()), tmp_path / "out")
+    job = next(iter(plan.jobs(made)))
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    results = plan.results_of(made.folder, job.hash)
+    results.parent.mkdir(parents=True)
+    results.symlink_to(outside)
+    assert jobs.work_on(job)["reason"] == "its folder is a link"
+    assert not list(outside.iterdir())
