@@ -69,7 +69,8 @@ def _of_file(setting, path, folder):
     names = {f"{kind}_{name}": (name, kind) for name in setting.file.scenarios for kind in (*MAPPED, "intensity")}
     label = path.stem.partition("_")[2] or path.stem
     with rasterio.Env(GDAL_CACHEMAX=CACHE):
-        files = {name: rasterio.open(folder / f"{name}.tif") for name in (*names, "frequency")}
+        zones = ("zones",) if setting.file.zones else ()
+        files = {name: rasterio.open(folder / f"{name}.tif") for name in (*names, *zones, "frequency")}
         try:
             every = list(_features(path, "exposed", system))
             for number, (geometry, name) in enumerate(counted(every, f"looking at {label}", "features"), 1):
@@ -79,6 +80,8 @@ def _of_file(setting, path, folder):
                     values = _largest(file, window, inside)
                     if key == "frequency":
                         row["frequency"] = values
+                    elif key == "zones":
+                        row["zone"] = int(values or 0)
                     elif key.startswith("intensity"):
                         row["class"] = max(row["class"], int(values or 0))
                         row[key] = int(values or 0)

@@ -28,11 +28,13 @@ from snowmpm.quantities.quantity import written
 from snowmpm.region import journal, plan
 from snowmpm.region.elevations import CACHE, lattice, open_elevations, profile_of
 from snowmpm.region.jobs import MAPPED
+from snowmpm.region.zones import ZONES, zones_of
 from snowmpm.stages import counted
 
 TILE = 512
 """Side of a tile [cells]."""
 STORE = "maps.zarr"
+ZONE = "zones"
 UNITS = {"peak_depth": "m", "peak_speed": "m/s", "peak_pressure": "Pa"}
 
 
@@ -60,6 +62,9 @@ def rasters(setting):
                   Raster(f"releases_{name}", name, "float32", "number", f"releases that reach the cell, {years}"),
                   Raster(f"probability_{name}", name, "float32", "share", f"probability to be reached, {years}")]
     found += [Raster(key, None, "float32", "1/year", f"frequency {words}") for key, words in _frequencies(setting)]
+    if setting.file.zones:
+        names = ", ".join(f"{k}: {name}" for k, name in enumerate(ZONES[setting.file.zones].names, 1))
+        found.append(Raster(ZONE, None, "uint8", "zone", f"zones of {setting.file.zones}; {names}", "MODE"))
     return found
 
 
@@ -170,6 +175,11 @@ def tile_of(setting, index, grid, rows, columns):
         total += (rate - after) * probabilities[name]
     for (key, _), values in zip(_frequencies(setting), total, strict=True):
         found[key] = np.where(values > 0.0, values, NO_DATA).astype(np.float32)
+    if setting.file.zones:
+        peaks = [np.where(found[f"releases_{name}"] > 0.0, found[f"peak_pressure_{name}"], np.nan)
+                 for name in by_period]
+        periods = [setting.file.scenarios[name].period for name in by_period]
+        found[ZONE] = zones_of(setting.file.zones, periods, peaks, total[0])
     return found
 
 

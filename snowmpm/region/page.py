@@ -22,6 +22,7 @@ from snowmpm.quantities.classes import PRESSURE
 from snowmpm.region import exposure, launch, plan
 from snowmpm.region.elevations import CACHE
 from snowmpm.region.outlines import class_names
+from snowmpm.region.zones import ZONES
 from snowmpm.stages import counted
 
 FILE, PICTURES = "index.html", "page"
@@ -81,6 +82,10 @@ def _layers(setting):
     found.append(Shown("frequency", "Frequency", [[colour, words] for colour, words in zip(FREQUENT_COLOURS, (
         "rarer than once in 300 years", "once in 100 to 300 years", "once in 30 to 100 years",
         "once in 10 to 30 years", "more often"), strict=True)], False))
+    if setting.file.zones:
+        zoning = ZONES[setting.file.zones]
+        found.append(Shown("zones", f"Zones, {setting.file.zones}", [
+            [colour, words] for colour, words in zip(zoning.colours, zoning.names, strict=True)], False))
     by_period = sorted(setting.file.scenarios, key=lambda name: setting.file.scenarios[name].period)
     for name in reversed(by_period):
         years = f"{setting.file.scenarios[name].period:g} years"

@@ -44,7 +44,7 @@ FILE, SETTING, TERRAIN, BASE, RESULTS = "region.toml", "setting.json", "terrain.
 INPUTS, MAPS = "inputs", "maps"
 USUAL_CELL = 5.0
 """Least side of the cells of the flow [m] where the file has none."""
-FREE = ("cluster", "keep", "most_releases", "exposed", "pressures", "attribution")
+FREE = ("cluster", "keep", "most_releases", "exposed", "pressures", "attribution", "zones")
 """Keys that may change when a region is resumed."""
 MOST_SETTING = 64 << 20
 FRAMES = 20.0

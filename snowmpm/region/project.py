@@ -13,6 +13,7 @@ from snowmpm.region import maps, page, plan
 from snowmpm.region.elevations import open_elevations
 from snowmpm.region.outlines import class_names
 from snowmpm.region.release_areas import LAYER
+from snowmpm.region.zones import ZONES
 
 FILE = "region.qgs"
 
@@ -43,6 +44,9 @@ def _period(setting, one):
 
 def _drawn(setting, one):
     """The element that draws a map."""
+    if one.name == maps.ZONE:
+        zoning = ZONES[setting.file.zones]
+        return pipe_of_classes([k + 1.5 for k in range(len(zoning.names))][:-1], zoning.names, zoning.colours)
     if one.kind == "uint8":
         names = class_names(setting.file.pressures)
         colours = PRESSURE.colours[: len(names)]

@@ -165,7 +165,8 @@ class RegionFile(Spec):
     """A region. Paths are relative to its file."""
 
     EXAMPLES: ClassVar = {"attribution": "National survey, 2025", "area_of_interest": "villages.gpkg",
-                          "exposed": ["houses.gpkg", "roads.gpkg"], "keep": "runs"}
+                          "exposed": ["houses.gpkg", "roads.gpkg"], "keep": "runs",
+                          "zones": "switzerland"}
 
     name: Name
     """also the name of the default output folder"""
@@ -185,6 +186,8 @@ class RegionFile(Spec):
     samples: Samples = Samples()
     pressures: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=8)] = (1e3, 3e3, 1e4, 3e4)
     """pressures that divide the classes [Pa], and whose frequency is mapped"""
+    zones: Literal["switzerland", "norway"] | None = None
+    """zones of hazard maps, by the definition of a country (`snowmpm docs region`)"""
     most_releases: Count | None = None
     """of each scenario: an even choice of so many, for a trial"""
     keep: Literal["runs", "results"] = "results"

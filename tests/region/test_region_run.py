@@ -28,7 +28,7 @@ def done(terrain, tmp_path_factory):
     """A region that was run, and its folder."""
     folder = tmp_path_factory.mktemp("region")
     (folder / "massif.tif").write_bytes(terrain.read_bytes())
-    (folder / "region.toml").write_text(TEXT.format(more=MORE))
+    (folder / "region.toml").write_text('zones = "switzerland"\n' + TEXT.format(more=MORE))
     said = []
     setting = launch.run_region(read_region(folder / "region.toml"), folder / "out", workers=2, say=said.append)
     return setting, said
@@ -86,6 +86,15 @@ def test_frequency_is_the_sum_over_periods(done):
     assert (strong <= expected + 1e-7).all() and (strong > 0.0).any()
 
 
+def test_zones_are_those_of_the_peaks(done):
+    setting, _ = done
+    zones = band(setting, "zones")[0].filled(0)
+    rare, frequent = (band(setting, f"peak_pressure_{name}")[0] for name in ("rare", "frequent"))
+    red = ~np.ma.getmaskarray(frequent) | (rare.filled(0.0) >= 30e3)
+    assert ((zones == 2) == red).all()
+    assert ((zones == 1) == (~np.ma.getmaskarray(rare) & ~red)).all()
+
+
 def test_files_are_as_they_say(done):
     """Overviews, cloud-optimised layout, Zarr with the same numbers, outlines with the same areas, page and project."""
     import zarr
@@ -127,7 +136,9 @@ def test_a_run_lies_on_the_lines_of_the_maps(done):
 
 def test_resume_does_nothing_where_all_is_done_and_refuses_another_region(done, region_file):
     setting, _ = done
-    file = read_region(region_file(MORE))
+    path = region_file(MORE)
+    path.write_text('zones = "switzerland"\n' + path.read_text())
+    file = read_region(path)
     before = (setting.folder / plan.RESULTS).read_bytes()
     launch.run_region(file, setting.folder, workers=2, resume=True)
     assert (setting.folder / plan.RESULTS).read_bytes() == before
