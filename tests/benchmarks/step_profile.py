@@ -2,8 +2,9 @@
 
     python tests/benchmarks/step_profile.py SCENE TIME STEPS [KEY=VALUE ...]
 
-Runs SCENE to TIME [s], then STEPS steps. Prints, for each kernel that is launched in every step, nanoseconds a particle:
-the shortest launch, which other programs disturb least, and the mean. For two versions, run it in two checkouts.
+Runs SCENE to TIME [s], then STEPS steps. Prints, for each kernel that is launched in every step, nanoseconds a
+particle: the shortest launch, which other programs disturb least, and the mean. For two versions, run it in two
+checkouts.
 """
 
 import json
