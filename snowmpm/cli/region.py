@@ -53,13 +53,19 @@ def region(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted; --resume does the runs that are missing in {folder}") from None
     counts = launch.counts(setting)
-    if not any(one["done"] for one in counts.values()):
-        raise SimulationError(f"{folder}: no run was done; {plan.RESULTS} says why")
+    if any(one["failed"] for one in counts.values()) and not any(one["done"] for one in counts.values()):
+        raise SimulationError(f"{folder}: every run failed; {plan.RESULTS} says why")
+    lines = list(launch.told(setting))
     if as_json:
-        print_json({"folder": str(folder), "scenarios": counts})
-    elif not quiet:
-        for line in launch.told(setting):
+        print_json({"folder": str(folder), "scenarios": counts, "warnings": [line for line, warns in lines if warns]})
+        return
+    for line, warns in lines:
+        if warns:
+            print(f"warning: {line}", file=sys.stderr)
+        elif not quiet:
             print(line)
+    if not quiet:
+        print(launch.costs(setting))
         print(folder / plan.MAPS / "index.html")
 
 
@@ -91,5 +97,9 @@ def check_region(file, as_json):
                         "core_hours": cost.core_hours, "disk": cost.disk, "memory": cost.memory})
             return
         for name, count in setting.areas.items():
-            print(f"{name}: {count} release areas")
+            areas = list(plan.read_areas(setting.folder, name))
+            thick, volume = ([min(one), max(one)] for one in (
+                [area.thickness for area in areas], [area.volume for area in areas]))
+            print(f"{name}: {count} release areas, {thick[0]:.2f} to {thick[1]:.2f} m thick, {volume[0]:.2g} to"
+                  f" {volume[1]:.2g} m3")
         print(cost.words)

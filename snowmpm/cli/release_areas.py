@@ -1,5 +1,6 @@
 """`snowmpm release-areas`: where slabs can release on an elevation raster."""
 
+import sys
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -68,6 +69,8 @@ def release_areas(
     if as_json:
         print_json({"file": str(target), "scenario": scenario, "areas": [one.fields(scenario) for one in areas]})
     elif not quiet:
+        if thickness is None and three_day_snow is None:
+            print("no thickness: --thickness or --three-day-snow gives one", file=sys.stderr)
         print(target)
         print(f"{len(areas)} release areas of {total / 1e6:.4g} km2 in plan, {total / len(areas):.4g} m2 each in the"
               " mean")

@@ -86,6 +86,8 @@ class Elevations:
         except Exception as error:  # of rasterio, which has several families of them
             raise InputError(f"{self.path}: rows {first[0]} to {last[0]} cannot be read: the file is damaged"
                              ) from error
+        for none in geotiff.ends(self._source) if self._source.nodata is None else ():
+            z[z == none] = np.nan
         z = z * self._source.scales[0] + self._source.offsets[0]
         z[~(z > LOWEST) | ~(z < HIGHEST)] = np.nan
         found[first[0] - rows[0] : last[0] - rows[0], first[1] - columns[0] : last[1] - columns[0]] = z
@@ -105,7 +107,7 @@ def open_elevations(path, key="terrain"):
 def grid_of(source, path, key):
     """`Grid` of an open raster; InputError."""
     t = source.transform
-    if t.is_identity or t.b or t.d or t.a <= 0.0 or t.e >= 0.0:
+    if t.is_identity or not np.isfinite(t[:6]).all() or t.b or t.d or t.a <= 0.0 or t.e >= 0.0:
         raise InputError.at(key, str(path), "must be north up and have a place on the map: gdalwarp makes it so")
     if abs(t.a + t.e) > 1e-6 * t.a:
         raise InputError.at(key, str(path), f"has cells of {t.a:g} by {-t.e:g} m: must be square")
@@ -137,27 +139,30 @@ def as_geotiff(path, scratch, key="terrain"):
     return made
 
 
-def write_blocks(path, grid, blocks, dtype="float32", description="", unit=""):
+def write_blocks(path, grid, blocks, description="", unit="", overviews=False):
     """Write a tiled GeoTIFF from parts: blocks yields (rows, columns, values), NaN for none; rows and columns are first
-    and last + 1. Cells of no part hold no data."""
+    and last + 1. Cells of no part hold no data. overviews: whether it gets coarser levels, for programs that draw it.
+    """
     rasterio = require_rasterio()
     from rasterio.windows import Window
 
     with draft(path) as part:
         with (rasterio.Env(GDAL_CACHEMAX=CACHE),
-              rasterio.open(part, "w", **profile_of(grid, dtype)) as file):
+              rasterio.open(part, "w", **profile_of(grid)) as file):
             for rows, columns, values in blocks:
-                filled = np.where(np.isfinite(values), values, NO_DATA) if dtype == "float32" else values
-                file.write(filled.astype(dtype), 1, window=Window.from_slices(rows, columns))
+                filled = np.where(np.isfinite(values), values, NO_DATA).astype(np.float32)
+                file.write(filled, 1, window=Window.from_slices(rows, columns))
             file.set_band_description(1, description)
             file.units = (unit,)
+        if overviews:
+            _add_overviews(part)
         with rasterio.open(part) as file:
             file.read(1, window=Window(0, 0, 1, 1))  # GDAL writes on closing, and does not report a failure
     return Path(path)
 
 
-def add_overviews(path):
-    """Add coarser levels to a GeoTIFF, for programs that draw it."""
+def _add_overviews(path):
+    """Add coarser levels to a GeoTIFF."""
     import rasterio
     from rasterio.enums import Resampling
 

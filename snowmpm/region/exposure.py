@@ -29,7 +29,7 @@ def write(setting, folder):
     if not rows:
         return []
     rows_and_shapes = sorted(zip(rows, shapes, strict=True), key=lambda one: (
-        -one[0]["class"], -(one[0]["frequency"] or 0.0), one[0]["layer"], one[0]["feature"]))
+        -(one[0]["class"] or 0), -(one[0]["frequency"] or 0.0), one[0]["layer"], one[0]["feature"]))
     with draft(Path(folder) / TABLE) as part, part.open("w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         table.writeheader()
@@ -42,55 +42,74 @@ def write(setting, folder):
 def _cell(value):
     if isinstance(value, str) and value[:1] in "=+-@\t\r" and value:  # a spreadsheet would compute it
         return f"'{value}"
-    return "" if value is None else f"{value:.5g}" if isinstance(value, float) else value
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else value
 
 
-def _features(path, key, system):
-    """(geometry, name) of each feature of a layer of polygons, or of lines and points."""
-    try:
-        for feature in read_features(path, key, system):
-            yield shapely.MultiPolygon([shapely.Polygon(rings[0], rings[1:]) for rings in feature.parts]), feature.name
-        return
-    except InputError as error:
-        if f"no {POLYGON.single}" not in str(error) and "polygon" not in str(error):
-            raise
-    for feature in read_features(path, key, system, kind=PLACE):
-        lines = [np.asarray(part) for part in feature.parts]
-        yield (shapely.MultiPoint(np.concatenate(lines)) if all(len(line) == 1 for line in lines)
-               else shapely.MultiLineString([line for line in lines if len(line) > 1])), feature.name
+def features_of(path, key, system):
+    """List of (geometry, name) of the polygons, lines and points of a layer. InputError for one without any."""
+    found, refused = [], None
+    for kind, options in ((POLYGON, {"named": True}), (PLACE, {"kind": PLACE})):
+        try:
+            features = read_features(path, key, system, **options)
+        except InputError as error:
+            # A layer holds one kind as a rule; another fault is told for both
+            if kind is PLACE and not found:
+                raise (refused if refused is not None and kind.single in str(error) else error) from None
+            refused = error
+            continue
+        found += [(_geometry(feature, kind), feature.name) for feature in features]
+    return found
+
+
+def _geometry(feature, kind):
+    if kind is POLYGON:
+        return shapely.MultiPolygon([shapely.Polygon(rings[0], rings[1:]) for rings in feature.parts])
+    lines = [np.asarray(part) for part in feature.parts]
+    if all(len(line) == 1 for line in lines):
+        return shapely.MultiPoint(np.concatenate(lines))
+    return shapely.MultiLineString([line for line in lines if len(line) > 1])
 
 
 def _of_file(setting, path, folder):
-    """(geometry, row) of each feature of a layer."""
+    """(geometry, row) of each feature of a layer. class is None where a feature lies outside of the map, or of the area
+    of interest and is not reached: then nobody knows."""
     import rasterio
     from rasterio.features import geometry_mask
 
     system = ReferenceSystem.of_text(setting.wkt, "terrain") if setting.wkt else None
-    names = {f"{kind}_{name}": (name, kind) for name in setting.file.scenarios for kind in (*MAPPED, "intensity")}
     label = path.stem.partition("_")[2] or path.stem
+    names = [f"{kind}_{name}" for name in setting.file.scenarios for kind in ("intensity", *MAPPED, "probability")]
+    zones = ["zones"] if setting.file.zones else []
     with rasterio.Env(GDAL_CACHEMAX=CACHE):
-        zones = ("zones",) if setting.file.zones else ()
-        files = {name: rasterio.open(folder / f"{name}.tif") for name in (*names, *zones, "frequency")}
+        files = {name: rasterio.open(folder / f"{name}.tif") for name in (*names, *zones, "frequency", "arrivals")}
         try:
-            every = list(_features(path, "exposed", system))
+            every = features_of(path, "exposed", system)
             for number, (geometry, name) in enumerate(counted(every, f"looking at {label}", "features"), 1):
-                row = {"layer": label, "feature": number, "name": name, "class": 0, "frequency": None}
                 window, inside = _window(geometry, files["frequency"], geometry_mask)
-                for key, file in files.items():
-                    values = _largest(file, window, inside)
-                    if key == "frequency":
-                        row["frequency"] = values
-                    elif key == "zones":
-                        row["zone"] = int(values or 0)
-                    elif key.startswith("intensity"):
-                        row["class"] = max(row["class"], int(values or 0))
-                        row[key] = int(values or 0)
-                    else:
-                        row[key] = values
-                yield geometry, row
+                values = {key: _largest(file, window, inside) for key, file in files.items()}
+                known = inside is not None and inside.any() and (
+                    setting.interest is None or geometry.intersects(setting.interest) or values["frequency"])
+                yield geometry, _row(setting, {"layer": label, "feature": number, "name": name}, values, known)
         finally:
             for file in files.values():
                 file.close()
+
+
+def _row(setting, about, values, known):
+    """A row of the table: pressures in kPa."""
+    classes = [int(values[f"intensity_{name}"] or 0) for name in setting.file.scenarios]
+    frequency = values["frequency"]
+    row = {**about, "class": max(classes) if known else None}
+    if setting.file.zones:
+        row["zone"] = int(values["zones"] or 0) if known else None
+    row |= {"frequency": frequency, "once_in_years": float(f"{1.0 / frequency:.3g}") if frequency else None,
+            "arrivals": values["arrivals"]}
+    for name in setting.file.scenarios:
+        pressure = values[f"peak_pressure_{name}"]
+        row |= {f"depth_m_{name}": values[f"peak_depth_{name}"], f"speed_m_s_{name}": values[f"peak_speed_{name}"],
+                f"pressure_kpa_{name}": None if pressure is None else float(f"{pressure / 1e3:.4g}"),
+                f"probability_{name}": values[f"probability_{name}"]}
+    return row
 
 
 def _window(geometry, file, geometry_mask):

@@ -11,7 +11,7 @@ import numpy as np
 from snowmpm.amounts import large, long_time
 from snowmpm.campaigns.forecast import START, survey
 from snowmpm.campaigns.work import start_quietly
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, SimulationError
 from snowmpm.region import plan
 
 LOOKED_AT = 8
@@ -46,7 +46,7 @@ class Forecast:
     def words(self):
         """One line."""
         return (f"{self.runs} runs of about {self.each:.1f} s: {long_time(self.seconds)} with {self.workers} workers"
-                f" ({self.core_hours:.3g} core hours, about {CENTS * self.core_hours:.2g} euros of cloud),"
+                f" ({self.core_hours:.2g} core hours, about {max(CENTS * self.core_hours, 0.01):.2f} euros of cloud),"
                 f" {large(self.disk)} of disk, {large(self.memory)} a worker")
 
     def check(self, source):
@@ -76,11 +76,14 @@ def forecast(setting, workers=1, left=None):
                 job = RegionJob("0" * 16, str(setting.folder), name, number, 0, 1.0, 1.0)
                 window = first_window(elevations, area, whole)
                 inputs = Path(scratch) / f"{name}_{number}"
-                changes = changes_of(job, setting, area, elevations, window, inputs)
-                found = survey(load_scene(setting.folder / plan.BASE, changes), setting.file.cluster.threads)
+                try:
+                    changes = changes_of(job, setting, area, elevations, window, inputs)
+                    found = survey(load_scene(setting.folder / plan.BASE, changes), setting.file.cluster.threads)
+                except (InputError, SimulationError):  # its run will say so
+                    continue
                 seconds.append(found.seconds)
                 memory, folders = max(memory, found.memory), max(folders, found.run)
     runs = plan.count_of(setting) if left is None else left
     each = RESULT + (folders if setting.file.keep == "runs" else 0.0)
     free = shutil.disk_usage(setting.folder).free
-    return Forecast(runs, float(np.mean(seconds)), memory, runs * each + workers * folders, free, workers)
+    return Forecast(runs, float(np.mean(seconds or [1.0])), memory, runs * each + workers * folders, free, workers)

@@ -1,9 +1,10 @@
 """Friction by kind of ground: open slopes, channels, gullies and flats, by altitude and volume of the release.
 
-The kind follows from the plan curvature of the smoothed ground [1/m], positive in hollows: flat below 0, open 0.002,
-channelled 0.010, gully from 0.050 on, interpolated between them as the Norwegian Geotechnical Institute does with the
-Swiss classes (its programs NAKSIN and MoT-Voellmy); flat as well where the slope is below 8 degrees. Numbers are
-interpolated over the volume of the release and the altitude too.
+The kind follows from the plan curvature of the smoothed ground [1/m], positive in hollows: open up to 0.002, channelled
+at 0.010, gully from 0.050 on, interpolated between them. These are bounds of the Norwegian Geotechnical Institute for
+the Swiss classes (its programs NAKSIN and MoT-Voellmy), which takes convex ground for flat; here ground is flat where
+its slope is below 8 degrees, between 6 and 10 degrees in part. Numbers are interpolated over the volume of the release
+and the altitude too.
 """
 
 import numpy as np
@@ -12,22 +13,22 @@ from scipy import ndimage
 from snowmpm.region.release_terrain import measures
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 
-CURVATURES = {"flat": 0.0, "open": 0.002, "channelled": 0.01, "gully": 0.05}
-"""Curvature [1/m] at which each kind of ground has its own numbers."""
-LEVEL = 8.0
-"""Slope [degrees] below which ground is flat: chosen."""
+KINDS = "flat", "open", "channelled", "gully"
+CURVATURES = 0.002, 0.01, 0.05
+"""Curvature [1/m] at which the kinds but flat have their own numbers."""
+LEVEL = 6.0, 10.0
+"""Slopes [degrees] at which ground is all flat, and not flat: chosen."""
 OVER = 100.0
 """Height [m] over which numbers change from one band of altitude to the next: chosen."""
 
 
 def kinds(z, cell):
-    """Shares (4, rows, columns) of the kinds of ground, in the order of CURVATURES, of heights with a halo of HALO
-    cells."""
+    """Shares (4, rows, columns) of KINDS, of heights with a halo of HALO cells."""
     found = measures(z, cell)
     hollow = ndimage.uniform_filter(np.nan_to_num(-found.curvature / 100.0), 3)
-    at = np.interp(hollow, list(CURVATURES.values()), np.arange(4.0))
-    at = np.where(np.nan_to_num(found.slope) < LEVEL, 0.0, at)
-    return np.stack([np.clip(1.0 - np.abs(at - k), 0.0, 1.0) for k in range(4)])
+    at = np.interp(hollow, CURVATURES, np.arange(3.0))
+    steep = np.interp(np.nan_to_num(found.slope, nan=90.0), LEVEL, (0.0, 1.0))
+    return np.stack([1.0 - steep, *(steep * np.clip(1.0 - np.abs(at - k), 0.0, 1.0) for k in range(3))])
 
 
 def numbers(classes, volume, z, shares):
@@ -36,7 +37,7 @@ def numbers(classes, volume, z, shares):
     Between two classes of volume, numbers are interpolated; the bands of altitude change over OVER.
     """
     mu, turbulent = np.zeros(z.shape), np.zeros(z.shape)
-    for share, kind in zip(shares, CURVATURES, strict=True):
+    for share, kind in zip(shares, KINDS, strict=True):
         own = [one for one in classes if one.terrain == kind]
         by_volume = sorted({one.volume for one in own})
         tables = [_by_altitude([one for one in own if one.volume == size], z) for size in by_volume]

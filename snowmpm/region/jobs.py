@@ -20,7 +20,7 @@ from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.region import friction, plan
 from snowmpm.region.elevations import lattice, open_elevations, write_blocks
-from snowmpm.region.forest import open_forest
+from snowmpm.region.forest import open_forest_once
 from snowmpm.region.release_terrain import HALO
 
 MAPPED = "peak_depth", "peak_speed", "peak_pressure"
@@ -77,7 +77,8 @@ class OutOfReach(InputError):
 def work_on(job):
     """Do a `RegionJob`, unless it is done; -> its record, with what the list of results needs."""
     about = {"hash": job.hash, "scenario": job.scenario, "area": job.area, "sample": job.sample}
-    if any(place.is_symlink() for one in (job.results, job.run) for place in (Path(one), Path(one).parent)):
+    places = Path(job.results), Path(job.run), Path(job.run).with_name(f"{job.hash}_inputs")
+    if any(place.is_symlink() or place.parent.is_symlink() for place in places):
         return {"status": "failed", "reason": "its folder is a link", "numbers": {}, "work": {}, **about}
     begun = clock.process_time()
     record = work.work_with(job, run_release)
@@ -172,7 +173,7 @@ def first_window(elevations, area, setting):
     if not len(starts):
         place = area.geometry.representative_point()
         starts = np.array([[int((grid.north - rows[0] * grid.cell - place.y) / cell),
-                            int((place.x - grid.west - columns[0] * grid.cell) / cell)]])
+                            int((place.x - grid.west - columns[0] * grid.cell) / cell)]]).clip(0, [ny - 1, nx - 1])
     # The rim of the area reaches as far as its middle does
     starts = starts[:: max(1, len(starts) // 60)]
     found = route(z, cell, starts, Routing(setting.file.flow.reach, 4.0))
@@ -236,6 +237,7 @@ def _grown(run, grid, box, cell):
 
 def changes_of(job, setting, area, elevations, window, inputs):
     """Changes of the base scene for a window, whose files are written to the folder `inputs`."""
+    area = _on_ground(area, window)
     thick = area.thickness * job.thickness
     volume = area.surface * thick
     inputs.mkdir(parents=True, exist_ok=True)
@@ -254,8 +256,8 @@ def changes_of(job, setting, area, elevations, window, inputs):
     else:
         changes["terrain.friction"] = friction.of_card(setting.file.friction.card, volume, job.friction)
     if setting.file.forest and setting.file.forest.drag:
-        with open_forest(setting.forest, elevations.grid, setting.file.forest.cover) as forest:
-            rows, columns = _cells(elevations.grid, window)
+        rows, columns = _cells(elevations.grid, window)
+        with open_forest_once(setting.forest, elevations.grid, setting.file.forest.cover) as forest:
             trees = forest.mask(elevations.grid, rows, columns)
         if trees.any():
             drag = np.where(trees, setting.file.forest.drag, np.nan)
@@ -263,6 +265,18 @@ def changes_of(job, setting, area, elevations, window, inputs):
                          [((0, trees.shape[0]), (0, trees.shape[1]), drag)])
             changes["terrain.forest"] = [{"name": "forest", "drag": {"file": str(inputs / "drag.tif")}}]
     return changes
+
+
+def _on_ground(area, window):
+    """The area, less what lies beyond a window: at the border of the terrain by half a cell."""
+    inside = area.geometry.intersection(shapely.box(*window))
+    if inside.area >= (1.0 - 1e-9) * area.geometry.area:
+        return area
+    parts = [part for part in shapely.get_parts(inside) if part.geom_type == "Polygon"]
+    if not parts or inside.area < 0.5 * area.geometry.area:
+        raise SimulationError("it lies off the terrain")
+    return replace(area, geometry=shapely.MultiPolygon(parts),
+                   surface=area.surface * inside.area / area.geometry.area)
 
 
 def _cells(grid, window):

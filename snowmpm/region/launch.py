@@ -1,15 +1,15 @@
 """Running a region: release areas, runs on Dask, maps."""
 
+import contextlib
 import itertools
 import json
 import math
-import shutil
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
 from snowmpm import overwriting
-from snowmpm.amounts import large, long_time
+from snowmpm.amounts import long_time
 from snowmpm.campaigns import cluster
 from snowmpm.campaigns.conduct import PATIENCE, Conductor
 from snowmpm.campaigns.work import RECORD
@@ -23,6 +23,8 @@ from snowmpm.stages import stage
 
 EVERY = 50
 """Runs between two lines that say how far it is."""
+LOST = 0.01
+"""Share of its snow that a run may lose without a word."""
 OVERHEAD, BUSY, MOST_BATCH = 0.005, 0.5, 64
 """Seconds that the scheduler and this process take for a job (`tests/benchmarks/region_scale.py measure`); the share of
 their time for which they may be busy; runs of a job at most."""
@@ -55,11 +57,15 @@ def run_region(file, folder, scheduler=None, workers=None, resume=False, retry=F
         if begun and not resume:
             raise InputError(f"{folder} already holds a region: --resume completes it; or choose another folder with"
                              " -o")
-        overwriting.guard_in(folder, (plan.FILE, plan.SETTING, plan.TERRAIN, plan.BASE, plan.RESULTS, plan.MAPS,
-                                      *(plan.areas_file("", name).name for name in file.scenarios)))
+        plan.require_no_links(folder)
+        own = Path(file.source).resolve() == folder / plan.FILE  # a folder goes on by its own file
+        names = [plan.SETTING, plan.TERRAIN, plan.BASE, plan.RESULTS, plan.MAPS, *([] if own else [plan.FILE]),
+                 *(plan.areas_file("", name).name for name in file.scenarios)]
+        overwriting.guard_in(folder, names)
         if begun:
-            plan.require_same(file, folder)
-            plan.rewrite(file, folder)
+            if not own:
+                plan.require_same(file, folder)
+                plan.rewrite(file, folder)
             setting = plan.read_setting(folder)
         else:
             lock.make()
@@ -108,7 +114,9 @@ def conduct(setting, scheduler=None, workers=None, retry=False, say=lambda text:
                         say(f"{now.done} of {left} runs, {3600.0 * now.done / now.seconds:.0f} an hour,"
                             f" {long_time(now.time_left)} left")
                 file.flush()
-    shutil.rmtree(folder / "runs", ignore_errors=True) if setting.file.keep != "runs" else None
+    for empty in (*(folder / "runs").glob("*"), folder / "runs"):  # a run removes its own folder
+        with contextlib.suppress(OSError):
+            empty.rmdir()
     return Done(total, *(count[name] for name in journal.STATUS))
 
 
@@ -152,29 +160,68 @@ def _given_up(job, error):
 
 def _forget_failed(folder):
     """Remove the records of runs that failed, so that they are done once more."""
-    for entry in journal.lines(folder):
-        if entry["status"] == "failed":
-            (plan.results_of(folder, entry["hash"]) / RECORD).unlink(missing_ok=True)
+    newest = {entry["hash"]: entry["status"] for entry in journal.lines(folder)}
+    for name, status in newest.items():
+        if status == "failed":
+            (plan.results_of(folder, name) / RECORD).unlink(missing_ok=True)
 
 
-def counts(setting):
-    """{scenario: {"areas", "done", "failed", "out_of_reach"}}."""
-    index = journal.index_of(setting.folder, list(setting.areas))
-    return {name: {"areas": setting.areas[name], **{
-        status: int(((index.scenario == k) & (index.status == s)).sum()) for s, status in enumerate(journal.STATUS)}}
-        for k, name in enumerate(index.names)}
+def index(setting):
+    """`journal.Index` of the runs that the file of a region asks for."""
+    return journal.index_of(setting.folder, list(setting.areas), plan.wanted(setting))
 
 
-def told(setting):
-    """Lines that say what was done."""
-    for name, own in counts(setting).items():
-        yield (f"{name}: {own['areas']} release areas; runs: {own['done']} done"
-               + (f", {own['out_of_reach']} out of reach" if own["out_of_reach"] else "")
-               + (f", {own['failed']} failed" if own["failed"] else ""))
-    index = journal.index_of(setting.folder, list(setting.areas))
-    worked = index.seconds[index.status == 0]
-    if len(worked):
-        yield f"{float(worked.mean()):.1f} s of processor time and {large(_bytes(setting, index))} a run"
+def counts(setting, found=None):
+    """{scenario: {"areas" (found), "releases" (that were to be run), "done", "failed", "out_of_reach" (runs),
+    "left_terrain", "moving", "below_reach" (runs that are done)}}. found: `journal.Index`."""
+    found, rows = found or index(setting), {}
+    for k, name in enumerate(found.names):
+        own = found.scenario == k
+        done = own & (found.status == 0)
+        left = done & (found.left_share > LOST)
+        rows[name] = {
+            "areas": setting.areas[name],
+            "releases": len(plan.chosen(setting.areas[name], setting.file.most_releases)),
+            **{status: int((own & (found.status == s)).sum()) for s, status in enumerate(journal.STATUS)},
+            "left_terrain": int(left.sum()), "moving": int((done & ~left & ~found.final).sum()),
+            "below_reach": int((done & (found.travel_angle < setting.file.flow.reach)).sum())}
+    return rows
+
+
+def told(setting, found=None):
+    """Lines that say what was done, and lines of what a reader of the maps must know, as (line, whether it warns)."""
+    runs = setting.file.samples.runs
+    for name, own in counts(setting, found).items():
+        part = "" if own["releases"] == own["areas"] else f", {own['releases']} of them chosen by most_releases"
+        each = f", each {runs} times" if runs > 1 else ""
+        missing = own["releases"] * runs - own["done"] - own["failed"] - own["out_of_reach"]
+        yield (f"{name}: {own['areas']} release areas{part}{each}: {own['done']} runs done"
+               + (f", {own['out_of_reach']} not run, as routing at {setting.file.flow.reach:g} degrees does not reach"
+                  " the area of interest" if own["out_of_reach"] else "")
+               + (f", {own['failed']} failed" if own["failed"] else "")
+               + (f", {missing} missing" if missing else "")), False
+        if part:
+            yield f"{name}: a trial: only {own['releases']} of {own['areas']} release areas were to be run", True
+        if own["left_terrain"]:
+            yield (f"{name}: {own['left_terrain']} runs lost more than {100 * LOST:g} % of their snow over the border"
+                   " of the terrain or into cells without heights: the map ends there, the avalanches do not"), True
+        if own["moving"]:
+            yield (f"{name}: {own['moving']} runs still moved at flow.end_time = {setting.file.flow.end_time:g} s:"
+                   " their run-out is not final"), True
+        if own["failed"]:
+            yield f"{name}: {own['failed']} runs failed and are missing in the maps; {plan.RESULTS} says why", True
+        if own["below_reach"] and setting.file.area_of_interest:
+            yield (f"{name}: {own['below_reach']} runs went further than flow.reach = {setting.file.flow.reach:g}"
+                   " degrees: releases that were not run may reach the area of interest too; take a smaller one"), True
+
+
+def costs(setting):
+    """A line that says what a run took; "" without runs."""
+    found = index(setting)
+    worked = found.seconds[found.status == 0]
+    if not len(worked):
+        return ""
+    return f"{float(worked.mean()):.1f} s of processor time and {_bytes(setting, found) / 1e3:.0f} kB a run"
 
 
 def _bytes(setting, index):

@@ -6,15 +6,20 @@ independent:
 
     P = 1 - product over releases of (1 - p)
 
-Over all scenarios: how often a year a cell is reached, and with more than each pressure. A scenario of the return
-period T stands for the years from T to that of the next one:
+Over all scenarios: how often a year a cell is reached at least once, and with more than each pressure. A scenario of
+the return period T stands for the years from T to that of the next one, and holds all that the more frequent ones hold:
 
-    frequency = sum over scenarios, by growing T, of P_k (1 / T_k - 1 / T_k+1),   1 / T = 0 after the last
+    frequency = sum over scenarios, by growing T, of max over j <= k of P_j (1 / T_k - 1 / T_k+1),
+    1 / T = 0 after the last; scenarios of one T are joined: P = 1 - product of (1 - P)
+
+That takes all releases of a return period for one event, and is a lower bound. arrivals is the upper one: the same sum
+with the expected number of releases that come, sum of p, in place of P, as if each came in a year of its own.
 
 Cloud-optimised GeoTIFFs with overviews, and maps.zarr over scenario, y and x.
 """
 
 import contextlib
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +30,7 @@ from snowmpm.campaigns.work import MAPS as RUN_MAPS
 from snowmpm.draft import draft
 from snowmpm.io.geotiff import NO_DATA, require_rasterio
 from snowmpm.quantities.quantity import written
-from snowmpm.region import journal, plan
+from snowmpm.region import launch, plan
 from snowmpm.region.elevations import CACHE, lattice, open_elevations, profile_of
 from snowmpm.region.jobs import MAPPED
 from snowmpm.region.zones import ZONES, zones_of
@@ -56,12 +61,13 @@ def rasters(setting):
     for name, one in setting.file.scenarios.items():
         years = f"{one.period:g} years"
         found += [Raster(f"{kind}_{name}", name, "float32", UNITS[kind],
-                         f"{kind.replace('_', ' ')} of all runs, {years}") for kind in MAPPED]
+                         f"{kind.replace('_', ' ')} over all runs, {years}") for kind in MAPPED]
         found += [Raster(f"intensity_{name}", name, "uint8", "class", f"class of peak pressure, divided at {limits};"
                                                                       f" 0: not reached; {years}", "MODE"),
                   Raster(f"releases_{name}", name, "float32", "number", f"releases that reach the cell, {years}"),
-                  Raster(f"probability_{name}", name, "float32", "share", f"probability to be reached, {years}")]
+                  Raster(f"probability_{name}", name, "float32", "share", f"probability of being reached, {years}")]
     found += [Raster(key, None, "float32", "1/year", f"frequency {words}") for key, words in _frequencies(setting)]
+    found.append(Raster("arrivals", None, "float32", "1/year", "expected number of arrivals, each release by itself"))
     if setting.file.zones:
         names = ", ".join(f"{k}: {name}" for k, name in enumerate(ZONES[setting.file.zones].names, 1))
         found.append(Raster(ZONE, None, "uint8", "zone", f"zones of {setting.file.zones}; {names}", "MODE"))
@@ -69,9 +75,10 @@ def rasters(setting):
 
 
 def _frequencies(setting):
-    yield "frequency", "of being reached"
+    """(name, words) of the maps of frequency."""
+    yield "frequency", "of being reached at least once"
     for p in setting.file.pressures:
-        yield f"frequency_above_{p / 1e3:g}_kPa", f"of more than {written(p, 'Pa')}"
+        yield f"frequency_above_{p / 1e3:.10g}_kPa", f"of at least {written(p, 'Pa')}"
 
 
 def grid_of(setting):
@@ -82,20 +89,35 @@ def grid_of(setting):
 
 def write_all(setting):
     """Write everything that is made of the runs: maps, outlines, tables, page, project; -> the folder of the maps."""
-    from snowmpm.region import exposure, outlines, page, project
+    from snowmpm.region import exposure, outlines, page, project, releases
 
     folder = setting.folder / plan.MAPS
     folder.mkdir(exist_ok=True)
     overwriting.note_changing(folder)
     overwriting.note_changing(folder / STORE)
-    index = journal.index_of(setting.folder, list(setting.areas))
+    _remove_stale(setting, folder)
+    index = launch.index(setting)
     grid = grid_of(setting)
     write_maps(setting, index, grid, folder)
     outlines.write(setting, folder)
+    releases.write(setting, index, folder)
     exposure.write(setting, folder)
     project.write(setting, folder)
     page.write(setting, index, folder)
     return folder
+
+
+def _remove_stale(setting, folder):
+    """Remove what an earlier run of this folder wrote, and this one does not, such as maps of other pressures."""
+    from snowmpm.region import exposure
+
+    kept = {f"{one.name}.tif" for one in rasters(setting)}
+    stale = [one for one in folder.glob("*.tif") if one.name not in kept]
+    if not setting.file.exposed:
+        stale += [one for name in (exposure.TABLE, exposure.OUTLINES) if (one := folder / name).exists()]
+    overwriting.guard(*stale)
+    for one in stale:
+        one.unlink()
 
 
 def write_maps(setting, index, grid, folder):
@@ -121,6 +143,7 @@ def write_maps(setting, index, grid, folder):
                 for name, values in found.items():
                     open_files[name].write(values, 1, window=Window.from_slices(rows, columns))
                 store.put(rows, columns, found)
+            store.close()
             for one in wanted:
                 open_files[one.name].set_band_description(1, one.meaning)
                 open_files[one.name].units = (one.unit,)
@@ -155,11 +178,11 @@ def tile_of(setting, index, grid, rows, columns):
     near = (b[:, 0] < east) & (b[:, 2] > west) & (b[:, 1] < north) & (b[:, 3] > south)
     if not near.any():
         return None
-    shape, limits = (rows[1] - rows[0], columns[1] - columns[0]), (0.0, *setting.file.pressures)
-    found, probabilities = {}, {}
+    limits = (0.0, *setting.file.pressures)
+    found, probabilities, numbers = {}, {}, {}
     for k, name in enumerate(index.names):
         own = np.flatnonzero(near & (index.scenario == k))
-        peaks, releases, survives = _scenario(setting, index, grid, own, rows, columns, limits)
+        peaks, releases, survives, numbers[name] = _scenario(setting, index, grid, own, rows, columns, limits)
         probabilities[name] = 1.0 - survives
         reached = releases > 0
         for kind, values in zip(MAPPED, peaks, strict=True):
@@ -168,26 +191,40 @@ def tile_of(setting, index, grid, rows, columns):
         found[f"intensity_{name}"] = np.where(reached, classes, 0).astype(np.uint8)
         found[f"releases_{name}"] = np.where(reached, releases, NO_DATA).astype(np.float32)
         found[f"probability_{name}"] = np.where(reached, probabilities[name][0], NO_DATA).astype(np.float32)
-    total = np.zeros((len(limits), *shape))
     by_period = sorted(index.names, key=lambda name: setting.file.scenarios[name].period)
-    rates = [1.0 / setting.file.scenarios[name].period for name in by_period]
-    for name, rate, after in zip(by_period, rates, [*rates[1:], 0.0], strict=True):
-        total += (rate - after) * probabilities[name]
+    periods = [setting.file.scenarios[name].period for name in by_period]
+    total = frequency_of(periods, [probabilities[name] for name in by_period], lambda a, b: 1.0 - (1.0 - a) * (1.0 - b))
+    arrivals = frequency_of(periods, [numbers[name] for name in by_period], np.add)
+    found["arrivals"] = np.where(arrivals > 0.0, arrivals, NO_DATA).astype(np.float32)
     for (key, _), values in zip(_frequencies(setting), total, strict=True):
         found[key] = np.where(values > 0.0, values, NO_DATA).astype(np.float32)
     if setting.file.zones:
         peaks = [np.where(found[f"releases_{name}"] > 0.0, found[f"peak_pressure_{name}"], np.nan)
                  for name in by_period]
-        periods = [setting.file.scenarios[name].period for name in by_period]
         found[ZONE] = zones_of(setting.file.zones, periods, peaks, total[0])
     return found
 
 
+def frequency_of(periods, shares, join):
+    """Frequency [1/year] of scenarios by growing return period [years]; join: two of one period."""
+    found, held, k = np.zeros_like(shares[0]), np.zeros_like(shares[0]), 0
+    while k < len(periods):
+        same, own = periods[k], shares[k]
+        while k + 1 < len(periods) and periods[k + 1] == same:
+            k += 1
+            own = join(own, shares[k])
+        k += 1
+        held = np.maximum(held, own)
+        found += held * (1.0 / same - (1.0 / periods[k] if k < len(periods) else 0.0))
+    return found
+
+
 def _scenario(setting, index, grid, own, rows, columns, limits):
-    """(peaks (3, rows, columns), number of releases, probability that none comes (limits, rows, columns)) of runs."""
+    """(peaks (3, rows, columns), number of releases, probability that none comes (limits, rows, columns), expected
+    number that comes) of runs."""
     shape = rows[1] - rows[0], columns[1] - columns[0]
     peaks, releases = np.zeros((len(MAPPED), *shape)), np.zeros(shape, np.int32)
-    survives = np.ones((len(limits), *shape))
+    survives, expected = np.ones((len(limits), *shape)), np.zeros(shape)
     for area in np.unique(index.area[own]):
         runs = own[index.area[own] == area]
         hits = np.zeros((len(limits), *shape), np.int32)
@@ -202,8 +239,10 @@ def _scenario(setting, index, grid, own, rows, columns, limits):
             for n, limit in enumerate(limits):
                 hits[(n, *window)] += reached & (values[2] >= limit)
         releases += hits[0] > 0
-        survives *= 1.0 - hits / int(index.samples[runs].max())
-    return peaks, releases, survives
+        share = hits / int(index.samples[runs].max())
+        survives *= 1.0 - share
+        expected += share[0]
+    return peaks, releases, survives, expected
 
 
 def _placed(setting, index, grid, k, rows, columns):
@@ -238,15 +277,19 @@ class _Store:
             names = ("y", "x")
             if many:
                 shape, chunks, names = (len(self._scenarios), *shape), (1, *chunks), ("scenario", *names)
+            # 0 where nothing comes: xarray and others know no other way to say so that all of their versions read
             self._arrays[key] = group.create_array(
-                key, shape=shape, chunks=chunks, dtype=one.kind, fill_value=NO_DATA if one.kind == "float32" else 0,
-                dimension_names=names, attributes={"units": one.unit, "_FillValue": NO_DATA}
-                if one.kind == "float32" else {"units": one.unit})
-        for name, values in (("x", grid.west + grid.cell * (np.arange(grid.columns) + 0.5)),
-                             ("y", grid.north - grid.cell * (np.arange(grid.rows) + 0.5))):
-            axis = group.create_array(name, shape=values.shape, dtype="float64", dimension_names=(name,),
-                                      attributes={"units": "m"})
+                key, shape=shape, chunks=chunks, dtype=one.kind, fill_value=0, dimension_names=names,
+                attributes={"units": one.unit, "meaning": "0 where nothing comes"})
+        periods = [setting.file.scenarios[name].period for name in self._scenarios]
+        for name, dimension, values, unit in (
+                ("x", "x", grid.west + grid.cell * (np.arange(grid.columns) + 0.5), "m"),
+                ("y", "y", grid.north - grid.cell * (np.arange(grid.rows) + 0.5), "m"),
+                ("period", "scenario", np.array(periods), "years")):
+            axis = group.create_array(name, shape=values.shape, dtype="float64", dimension_names=(dimension,),
+                                      attributes={"units": unit})
             axis[:] = values
+        self._path = str(path)
         self._wanted = {one.name: one for one in wanted}
 
     @staticmethod
@@ -260,4 +303,12 @@ class _Store:
             where = np.s_[rows[0] : rows[1], columns[0] : columns[1]]
             if one.scenario is not None:
                 where = (self._scenarios.index(one.scenario), *where)
-            self._arrays[self._key(one)][where] = values
+            self._arrays[self._key(one)][where] = np.where(values == NO_DATA, 0, values)
+
+    def close(self):
+        """Put what is known of all arrays into one place, which is faster to open."""
+        import zarr
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that consolidated metadata are no part of the format yet
+            zarr.consolidate_metadata(self._path)

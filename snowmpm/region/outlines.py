@@ -16,7 +16,7 @@ FILE = "intensity.gpkg"
 
 def write(setting, folder):
     """Write the outlines; -> the path, None where nothing is reached."""
-    layers = [Layer(f"intensity_{name}", "Polygon", features)
+    layers = [Layer(f"intensity_{name}", "MultiPolygon", features)
               for name in counted(list(setting.file.scenarios), "outlining classes", "scenarios")
               if (features := list(_features(setting, name, Path(folder) / f"intensity_{name}.tif")))]
     return write_geopackage(Path(folder) / FILE, layers, setting.wkt) if layers else None
@@ -35,17 +35,19 @@ def class_names(pressures):
 
 
 def _features(setting, name, path):
-    """(polygon, fields) of each connected part of a class: GDAL goes through the raster line by line."""
+    """(multipolygon, fields) of each class: GDAL goes through the raster line by line."""
     import rasterio
     from rasterio import features
 
-    names = class_names(setting.file.pressures)
+    names, parts = class_names(setting.file.pressures), {}
     with warnings.catch_warnings(), rasterio.Env(GDAL_CACHEMAX=CACHE), rasterio.open(path) as file:
         warnings.simplefilter("ignore", DeprecationWarning)
         for shape, value in features.shapes(rasterio.band(file, 1), connectivity=4, transform=file.transform):
-            if not value:
-                continue
-            words, low, high = names[int(value)]
-            polygon = shapely.transform(shapely.geometry.shape(shape), lambda at: np.round(at, 3))
-            yield polygon, {"scenario": name, "period": setting.file.scenarios[name].period, "class": int(value),
-                            "pressure": words, "from_kpa": low, "to_kpa": high, "area_m2": round(polygon.area, 1)}
+            if value:
+                parts.setdefault(int(value), []).append(shapely.transform(
+                    shapely.geometry.shape(shape), lambda at: np.round(at, 3)))
+    for value, polygons in sorted(parts.items()):
+        words, low, high = names[value]
+        whole = shapely.MultiPolygon(polygons)
+        yield whole, {"scenario": name, "period": setting.file.scenarios[name].period, "class": value,
+                      "pressure": words, "from_kpa": low, "to_kpa": high, "area_m2": round(whole.area, 1)}

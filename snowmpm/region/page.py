@@ -4,18 +4,20 @@ Pictures of 256 x 256 pixels lie beside it, by layer, level and place, so that t
 picture without anything to show is not written.
 """
 
+import csv
 import html
 import json
 import math
 import shutil
 import warnings
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 
 import numpy as np
 import shapely
 
-from snowmpm import overwriting
+from snowmpm import __version__
 from snowmpm.draft import draft, write_text
 from snowmpm.io.projection import projection_name
 from snowmpm.quantities.classes import PRESSURE
@@ -30,8 +32,9 @@ SIDE = 256
 """Of a picture [pixels]."""
 SUN = math.radians(315.0), math.radians(45.0)
 """Azimuth and height of the light on the ground."""
-FREQUENT = (1.0 / 300.0, 1.0 / 100.0, 1.0 / 30.0, 1.0 / 10.0)
-"""Frequencies [1/year] that divide the colours."""
+FREQUENT = tuple((1.0 - 1e-4) / years for years in (300.0, 100.0, 30.0, 10.0))
+"""Frequencies [1/year] from which on the next colour holds; the usual return periods belong to it, whatever round-off
+says."""
 FREQUENT_COLOURS = ("#cfe1f2", "#93c4df", "#4b97c9", "#1764ab", "#08306b")
 AREAS = "#7a1fa2"
 MOST_ROWS = 200
@@ -69,7 +72,7 @@ def write(setting, index, folder):
              "layers": [{"key": one.key, "title": one.title, "on": one.on, "legend": one.legend} for one in shown]}
     text = TEMPLATE.read_text(encoding="utf-8")
     for mark, value in (("FACTS", json.dumps(facts).replace("</", "<\\/")), ("TITLE", html.escape(setting.file.name)),
-                        ("ABOUT", _about(setting)), ("EXPOSED", _exposed(Path(folder) / exposure.TABLE))):
+                        ("ABOUT", _about(setting, index)), ("EXPOSED", _exposed(Path(folder) / exposure.TABLE))):
         text = text.replace(f"@@{mark}@@", value)
     return write_text(Path(folder) / FILE, text)
 
@@ -80,8 +83,8 @@ def _layers(setting):
     colours = PRESSURE.colours[: pressures + 1]
     found = [Shown("ground", "Terrain", [], True)]
     found.append(Shown("frequency", "Frequency", [[colour, words] for colour, words in zip(FREQUENT_COLOURS, (
-        "rarer than once in 300 years", "once in 100 to 300 years", "once in 30 to 100 years",
-        "once in 10 to 30 years", "more often"), strict=True)], False))
+        "less than once in 300 years", "once in 300 years or more", "once in 100 years or more",
+        "once in 30 years or more", "once in 10 years or more"), strict=True)], False))
     if setting.file.zones:
         zoning = ZONES[setting.file.zones]
         found.append(Shown("zones", f"Zones, {setting.file.zones}", [
@@ -201,28 +204,56 @@ def _rgb(text):
     return tuple(int(text[k : k + 2], 16) for k in (1, 3, 5))
 
 
-def _about(setting):
+def _about(setting, index):
     """Paragraphs about the region, as HTML."""
     friction = (f"friction {setting.file.friction.card}" if setting.file.friction.card else
                 f"friction by {len(setting.file.friction.classes)} classes of terrain")
     runs = setting.file.samples.runs
-    said = [*launch.told(setting),
+    lines = list(launch.told(setting, index))
+    snow = "; ".join(f"{name}: {one.period:g} years, {_thickness(one)}" for name, one in setting.file.scenarios.items())
+    forest = setting.file.forest
+    said = [*(line for line, warns in lines if not warns), snow,
             f"depth-averaged flow on cells of {setting.cell:g} m, {friction}, {runs} run{'s' * (runs > 1)} a release",
-            f"coordinates: {projection_name(setting.wkt) or 'no coordinate system known'}",
+            f"density {setting.file.flow.density:g} kg/m3; routing at {setting.file.flow.reach:g} degrees; "
+            + ("no forest" if forest is None else "forest protects from releases" if forest.protects
+               else "forest does not protect from releases"),
+            "Frequency: of being reached at least once a year, all releases of a return period taken for one event, a"
+            " lower bound; arrivals.tif is the upper one.",
+            f"Coordinates: {projection_name(setting.wkt) or 'no coordinate system known'}. snowmpm {__version__},"
+            f" {date.today():%d %B %Y}.",
             "A hazard indication map: it does not replace the judgement of an expert on site."]
     if setting.file.attribution:
         said.append(f"Terrain: {setting.file.attribution}")
-    return "".join(f"<p>{html.escape(line)}</p>" for line in said)
+    warned = "".join(f'<p class="warning">{html.escape(line)}</p>' for line, warns in lines if warns)
+    return warned + "".join(f"<p>{html.escape(line)}</p>" for line in said)
+
+
+def _thickness(scenario):
+    """The thickness of a scenario in words."""
+    given = scenario.thickness
+    if given is None:
+        return "thickness of the file of release areas"
+    if given.value is not None:
+        return f"{given.value:g} m thick"
+    if given.file is not None:
+        return "thickness by a raster"
+    return f"{given.three_day_snow:g} m of snow in three days at {given.reference_altitude:g} m"
 
 
 def _exposed(path):
     """The first rows of the table of what is exposed, as HTML."""
     if not path.is_file():
         return "<p>No layers were given as <code>exposed</code>.</p>"
-    with overwriting.looking():
-        lines = path.read_text(encoding="utf-8").splitlines()
-    rows = [line.split(",") for line in lines[: MOST_ROWS + 1]]
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    place = rows[0].index("class")
+    reached = [row for row in rows[1:] if row[place] not in ("", "0")]
+    unknown = sum(row[place] == "" for row in rows[1:])
+    others = len(rows) - 1 - len(reached) - unknown
+    rows = [rows[0], *reached[:MOST_ROWS]]
     head = "".join(f"<th>{html.escape(one.replace('_', ' '))}</th>" for one in rows[0])
     body = "".join("<tr>" + "".join(f"<td>{html.escape(one)}</td>" for one in row) + "</tr>" for row in rows[1:])
-    more = f"<p>{len(lines) - 1 - MOST_ROWS} more in {exposure.TABLE}</p>" if len(lines) - 1 > MOST_ROWS else ""
-    return f"<table><tr>{head}</tr>{body}</table>{more}"
+    said = [f"{len(reached) - MOST_ROWS} more are reached" if len(reached) > MOST_ROWS else "",
+            f"{others} are not reached", f"of {unknown}, outside of the map or the area of interest, nobody knows"
+            if unknown else ""]
+    return f"<table><tr>{head}</tr>{body}</table><p>{'; '.join(filter(None, said))} ({exposure.TABLE}).</p>"

@@ -10,10 +10,11 @@
 
 import contextlib
 import functools
-import hashlib
+import itertools
 import json
 import math
 import shutil
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,16 +29,18 @@ from snowmpm.draft import draft, write_text
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.projection import epsg_of
 from snowmpm.reading.limited import read_text_limited
+from snowmpm.reading.named_files import beside, digest_of
 from snowmpm.region import elevations as windows
 from snowmpm.region import release_areas as areas_of
 from snowmpm.region import thickness
 from snowmpm.region.elevations import BLOCK, open_elevations
 from snowmpm.region.forest import open_forest
+from snowmpm.region.polygons import polygons_of
 from snowmpm.region.release_areas import LAYER, ReleaseArea
 from snowmpm.region.spec import RegionFile, read_region
 from snowmpm.scenes.friction_cards import friction_card
 from snowmpm.scenes.toml import table_text
-from snowmpm.seeding.regions import read_regions
+from snowmpm.seeding.region_files import SQLITE
 from snowmpm.stages import counted, stage
 
 FILE, SETTING, TERRAIN, BASE, RESULTS = "region.toml", "setting.json", "terrain.tif", "base.toml", "results.jsonl"
@@ -47,6 +50,8 @@ USUAL_CELL = 5.0
 FREE = ("cluster", "keep", "most_releases", "exposed", "pressures", "attribution", "zones")
 """Keys that may change when a region is resumed."""
 MOST_SETTING = 64 << 20
+OFF = 0.05
+"""Share of a release polygon that may lie off the terrain; it is cut off."""
 FRAMES = 20.0
 """Least time between frames [s]: nobody looks at them unless the runs are kept."""
 
@@ -82,7 +87,7 @@ def areas_file(folder, scenario):
 @functools.lru_cache(maxsize=4)
 def _setting(folder, stamp):
     folder = Path(folder)
-    untrusted.require_no_links(folder)
+    require_no_links(folder)
     with overwriting.looking():
         file = read_region(folder / FILE)
         _require_within(file)
@@ -93,8 +98,22 @@ def _setting(folder, stamp):
         system = elevations.grid.system
     if file.area_of_interest:
         interest = interest_of(folder / file.area_of_interest, system)
-    return Setting(file, folder, folder / TERRAIN, forest, interest, found["crs"], system and system.wkt,
-                   float(found["cell"]), {str(name): int(n) for name, n in found["areas"].items()}, found["digests"])
+    cell, areas, digests = float(found["cell"]), found["areas"], found["digests"]
+    if not 0.0 < cell < 1e5 or set(areas) != set(file.scenarios) or not all(
+            type(n) is int and 0 < n < 2**31 for n in areas.values()) or not all(
+            isinstance(text, str) for text in digests.values()):
+        raise ValueError("numbers that cannot be")
+    return Setting(file, folder, folder / TERRAIN, forest, interest, found["crs"], system and system.wkt, cell, areas,
+                   digests)
+
+
+def require_no_links(folder):
+    """Raise InputError for a folder in which other folders are links: it may come from anybody."""
+    untrusted.require_no_links(folder)
+    maps = Path(folder) / MAPS
+    for path in (Path(folder) / INPUTS, maps, *(maps.iterdir() if maps.is_dir() and not maps.is_symlink() else ())):
+        if path.is_symlink():
+            raise InputError(f"{path}: is a link, and a region is written to folders of its own")
 
 
 def _require_within(file):
@@ -118,20 +137,28 @@ def read_setting(folder):
 
 def interest_of(path, system):
     """The area of interest, one geometry. InputError."""
-    return shapely.union_all([one.polygons.geometry for one in read_regions(path, "area_of_interest", system)])
+    return shapely.union_all([one.geometry for one in polygons_of(Path(path), "area_of_interest", system)])
 
 
 def read_area(folder, scenario, number):
     """`ReleaseArea` of a scenario by its number. Raises InputError for a file that this program did not write."""
     import pyogrio
 
-    path = areas_file(folder, scenario)
+    path = _areas_file(folder, scenario)
     try:
         meta, _, geometry, values = pyogrio.raw.read(str(path), layer=LAYER, fids=np.array([number]))
         found = {name: column[0] for name, column in zip(meta["fields"], values, strict=True)}
         return _area_from(shapely.from_wkb(geometry[0]), found)
     except (pyogrio.errors.DataSourceError, pyogrio.errors.FeatureError, KeyError, IndexError, ValueError) as error:
         raise InputError(f"{path}: has no release area {number} ({shown_line(error, 100)})") from None
+
+
+def _areas_file(folder, scenario):
+    """The file of the release areas; InputError for one that is none: GDAL must not open it as any other format."""
+    path = areas_file(folder, scenario)
+    if not path.is_file() or path.is_symlink() or not path.open("rb").read(len(SQLITE)) == SQLITE:
+        raise InputError(f"{path}: not written by this program")
+    return path
 
 
 def _area_from(geometry, found):
@@ -145,7 +172,7 @@ def read_areas(folder, scenario):
     """All `ReleaseArea`s of a scenario, one after the other."""
     import pyogrio
 
-    meta, _, geometry, values = pyogrio.raw.read(str(areas_file(folder, scenario)), layer=LAYER)
+    meta, _, geometry, values = pyogrio.raw.read(str(_areas_file(folder, scenario)), layer=LAYER)
     for k, one in enumerate(geometry):
         yield _area_from(shapely.from_wkb(one), {
             name: column[k] for name, column in zip(meta["fields"], values, strict=True)})
@@ -161,10 +188,17 @@ def factors(samples):
 
 
 def chosen(count, most):
-    """Numbers, from 1, of `most` of `count` release areas, spread evenly."""
+    """Numbers, from 1, of `most` of `count` release areas, spread evenly; a larger choice holds a smaller one."""
     if most is None or most >= count:
         return range(1, count + 1)
-    return [1 + int((k + 0.5) * count / most) for k in range(most)]
+    bits = max(1, (count - 1).bit_length())
+    order = (int(f"{k:0{bits}b}"[::-1], 2) for k in range(2**bits))  # van der Corput's
+    return sorted(itertools.islice((1 + k for k in order if k < count), most))
+
+
+def wanted(setting):
+    """Hashes, as whole numbers, of all runs that the file asks for (n,)."""
+    return np.fromiter((int(job.hash, 16) for job in jobs(setting)), np.uint64)
 
 
 def jobs(setting):
@@ -182,26 +216,13 @@ def jobs(setting):
             for sample, (thick, rubs) in enumerate(factors(file.samples)):
                 name = hash_of(own, number, thick, rubs)
                 yield RegionJob(name, str(setting.folder), scenario, number, sample, thick, rubs, file.keep,
-                                file.cluster.threads, loaded)
+                                file.cluster.threads, loaded, file.cluster.backend)
 
 
 def count_of(setting):
     """Number of runs."""
     return sum(len(chosen(count, setting.file.most_releases)) for count in setting.areas.values()
                ) * setting.file.samples.runs
-
-
-def digest(path):
-    """SHA-256 of a file."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest() if hasattr(hashlib, "file_digest") else _digest(file)
-
-
-def _digest(file):
-    found = hashlib.sha256()
-    while piece := file.read(1 << 20):
-        found.update(piece)
-    return found.hexdigest()
 
 
 def sources(file):
@@ -224,6 +245,9 @@ def cell_of(file, grid):
     if file.flow.cell is None:
         return grid.cell * max(1, math.ceil(USUAL_CELL / grid.cell - 1e-9))
     ratio = file.flow.cell / grid.cell
+    if file.flow.cell * 20.0 > min(grid.rows, grid.columns) * grid.cell:
+        raise InputError.at("flow.cell", file.flow.cell, "is too large: the terrain has fewer than 20 cells across",
+                            file=file.source)
     if abs(ratio - round(ratio)) > 1e-6 * ratio or round(ratio) < 1:
         raise InputError.at("flow.cell", file.flow.cell, f"must be a whole multiple of the terrain's cells of"
                                                          f" {grid.cell:g} m", file=file.source)
@@ -239,7 +263,7 @@ def require_same(file, folder):
             raise InputError(f"{file.source}: {key}: is not that of the region in {folder}, which --resume completes:"
                              "\nchoose another folder with -o")
     for key, path in sources(file).items():
-        if digest(path) != own.digests.get(key):
+        if digest_of(path) != own.digests.get(key):
             raise InputError(f"{file.source}: {key} = {str(path)!r}: has changed since the region in {folder} began:"
                              "\nchoose another folder with -o")
 
@@ -264,7 +288,8 @@ def make(file, folder, copies=True):
     folder = Path(folder).resolve()
     given = sources(file)
     with stage("reading files"):
-        digests = {key: digest(path) for key, path in given.items()}
+        digests = {key: digest_of(path) for key, path in given.items()}
+    _require_own(folder)
     folder.mkdir(parents=True, exist_ok=True)
     scratch = folder / ".making"
     shutil.rmtree(scratch, ignore_errors=True)
@@ -273,9 +298,14 @@ def make(file, folder, copies=True):
         source = windows.as_geotiff(given["terrain"], scratch)
         with open_elevations(source) as elevations:
             grid = elevations.grid
+            if grid.system is None:
+                warnings.warn(f"{file.source}: terrain = {file.terrain!r}: names no coordinate system: forest, layers"
+                              " and areas are taken as in the same one", stacklevel=2)
             cell = cell_of(file, grid)
             with open_forest(given.get("forest"), grid, file.forest.cover if file.forest else 0.0,
                              "forest.file") as forest:
+                for k, layer in enumerate(file.exposed):
+                    _require_exposed(file.path(layer), f"exposed.{k}", grid, file)
                 if file.area_of_interest:
                     _require_inside(interest_of(given["area_of_interest"], grid.system), grid, file)
                 found = {name: _areas(file, name, elevations, forest, scratch) for name in file.scenarios}
@@ -300,6 +330,16 @@ def make(file, folder, copies=True):
     return read_setting(folder)
 
 
+def _require_own(folder):
+    """Raise InputError for a folder that holds files of somebody else."""
+    if folder.is_dir() and (strange := sorted(one.name for one in folder.iterdir() if not one.name.startswith("."))):
+        own = {FILE, SETTING, TERRAIN, BASE, RESULTS, INPUTS, MAPS, "results", "runs"}
+        others = [name for name in strange if name not in own and not name.startswith("areas_")]
+        if others or not (folder / ".snowmpm-files").exists():
+            raise InputError(f"-o {folder}: holds files of others, such as {(others or strange)[0]}: choose another"
+                             " folder")
+
+
 def rewrite(file, folder):
     """Take over the keys of a file that may change when a region is resumed."""
     folder, setting = Path(folder), read_setting(folder)
@@ -320,6 +360,16 @@ def _require_inside(interest, grid, file):
                                                                        " system right?", file=file.source)
 
 
+def _require_exposed(path, key, grid, file):
+    """Raise InputError for a layer that cannot be read, or lies beside the terrain."""
+    from snowmpm.region.exposure import features_of
+
+    box = shapely.box(*grid.bounds)
+    if not any(geometry.intersects(box) for geometry, _ in features_of(path, key, grid.system)):
+        raise InputError.at(key, path.name, "lies beside the terrain: is its coordinate system right?",
+                            file=file.source)
+
+
 def _areas(file, name, elevations, forest, scratch):
     """`ReleaseArea`s of a scenario, with their thickness. InputError."""
     scenario = file.scenarios[name]
@@ -336,23 +386,28 @@ def _areas(file, name, elevations, forest, scratch):
         return found
     mean = None
     if scenario.thickness.file:
-        mean = _mean_over(file.path(scenario.thickness.file), where)
+        mean = _mean_over(file.path(scenario.thickness.file), where, elevations.grid.system)
     return [thickness.of(one, scenario.thickness, mean) for one in found]
 
 
 def _given(path, elevations, scenario, where):
     """`ReleaseArea`s of the polygons of a file."""
-    found = []
-    for one in read_regions(path, f"{where}.file", elevations.grid.system):
-        geometry = one.polygons.geometry
-        geometry = shapely.MultiPolygon([geometry]) if geometry.geom_type == "Polygon" else geometry
+    found, ground = [], shapely.box(*elevations.grid.bounds)
+    for number, one in enumerate(polygons_of(path, f"{where}.file", elevations.grid.system), 1):
+        geometry = one.geometry
+        off = geometry.difference(ground).area / geometry.area
+        if off > OFF:
+            raise InputError(f"{where}.file = {path.name!r}: polygon {number}: {100 * off:.3g} % of it lies off the"
+                             " terrain")
         if scenario.thickness is None and one.thickness is None:
             raise InputError(f"{where}.thickness: is missing: {one.flaw}")
-        found.append(areas_of.described(len(found) + 1, geometry, elevations, one.thickness, f"{where}.file"))
+        if scenario.thickness is None and one.thickness > thickness.MOST:
+            raise InputError(f"{where}.file: thickness = {one.thickness:g} m: must be at most {thickness.MOST:g} m")
+        found.append(areas_of.described(number, geometry, elevations, one.thickness, f"{where}.file"))
     return found
 
 
-def _mean_over(path, where):
+def _mean_over(path, where, system):
     """Function of a geometry -> mean of a raster over it. InputError."""
     from rasterio.features import geometry_mask
 
@@ -362,14 +417,20 @@ def _mean_over(path, where):
     def mean(geometry):
         with open_elevations(path, f"{where}.thickness.file") as source:
             own = source.grid
+            corners = np.array(own.bounds).reshape(2, 2)
+            if own.system is not None and system is not None and not np.allclose(
+                    own.system.carried(corners, system), corners, atol=0.1):
+                raise InputError.at(f"{where}.thickness.file", str(path), f"is in {own.system.name}, and the terrain in"
+                                                                          f" {system.name}: gdalwarp -t_srs")
             west, south, east, north = geometry.bounds
             rows, columns = own.rows_of(south, north), own.columns_of(west, east)
             values = source.read(rows, columns)
             inside = geometry_mask([geometry], values.shape, own.transform(rows[0], columns[0]), all_touched=True,
-                                   invert=True) & np.isfinite(values) & (values > 0.0)
-        if not inside.any():
-            raise InputError.at(f"{where}.thickness.file", str(path), f"holds no thickness at x = {west:.0f} m, y ="
-                                                                      f" {south:.0f} m, where an area lies")
+                                   invert=True) & np.isfinite(values) & (values >= 0.0)
+        if not inside.any() or not 0.0 < values[inside].mean() <= thickness.MOST:
+            raise InputError.at(f"{where}.thickness.file", str(path),
+                                f"holds no thickness from 0 to {thickness.MOST:g} m at x = {west:.0f} m, y ="
+                                f" {south:.0f} m, where an area lies")
         return float(f"{values[inside].mean():.6g}")
 
     return mean
@@ -382,8 +443,7 @@ def _copy_terrain(elevations, path):
              for r in range(0, grid.rows, 4 * BLOCK) for c in range(0, grid.columns, 4 * BLOCK)]
     windows.write_blocks(path, grid, ((rows, columns, elevations.read(rows, columns))
                                       for rows, columns in counted(spans, "copying the terrain", "blocks")),
-                         description="elevation", unit="m")
-    windows.add_overviews(path)
+                         "elevation", "m", overviews=True)
 
 
 def _with_copies(file, folder):
@@ -406,14 +466,14 @@ def _with_copies(file, folder):
 
 def _copied(path, folder):
     """Name, relative to the folder, of a copy of a file and of those that belong to it."""
-    name = f"{digest(path)[:8]}_{path.name}"
-    for own in (path, *(path.with_suffix(suffix) for suffix in (".shx", ".dbf", ".prj", ".cpg")
-                        if path.suffix.lower() == ".shp")):
-        if own.is_file():
-            target = Path(folder) / INPUTS / f"{Path(name).stem}{own.suffix}"
-            if not target.is_file():
-                with draft(target) as part:
-                    shutil.copyfile(own, part)
+    name = f"{digest_of(path)[:8]}_{path.name}"
+    for own in (path, *beside(path)):
+        ending = own.name[len(path.name):] if own.name.startswith(path.name) else own.suffix
+        target = Path(folder) / INPUTS / (f"{name}{ending}" if own.name.startswith(path.name)
+                                          else f"{Path(name).stem}{ending}")
+        if not target.is_file():
+            with draft(target) as part:
+                shutil.copyfile(own, part)
     return f"{INPUTS}/{name}"
 
 

@@ -56,7 +56,7 @@ def _drawn(setting, one):
         classes = OF_MAP[kind]
         return pipe_of_classes(classes.limits, [classes.label(k) for k in range(len(classes.colours))], classes.colours)
     if one.unit == "1/year":
-        words = ["< 1/300", "1/300 to 1/100", "1/100 to 1/30", "1/30 to 1/10", "> 1/10"]
+        words = ["< 1/300", "1/300 or more", "1/100 or more", "1/30 or more", "1/10 or more"]
         return pipe_of_classes(page.FREQUENT, words, page.FREQUENT_COLOURS)
     limits = (0.2, 0.4, 0.6, 0.8, 0.95) if one.unit == "share" else (1.5, 2.5, 4.5, 8.5, 16.5)
     words = [f"up to {limit:g}" for limit in limits] + ["more"]

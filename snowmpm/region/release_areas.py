@@ -203,7 +203,7 @@ def described(number, geometry, elevations, thick=None, key="areas"):
     from rasterio.features import geometry_mask
 
     grid = elevations.grid
-    west, south, east, north = geometry.bounds
+    west, south, east, north = shapely.intersection(geometry, shapely.box(*grid.bounds)).bounds
     rows, columns = grid.rows_of(south, north), grid.columns_of(west, east)
     z = elevations.read((rows[0] - HALO, rows[1] + HALO), (columns[0] - HALO, columns[1] + HALO))
     found, inner = measures(z, grid.cell), np.s_[HALO:-HALO, HALO:-HALO]

@@ -27,7 +27,7 @@ class Forest(Spec):
     file: File
     """polygons (.gpkg, .geojson, .shp), or a raster of crown cover [%] (.tif), relative to the file of the region"""
     cover: Annotated[Number, Field(gt=0.0, le=100.0)] = COVER
-    """crown cover from which trees keep slabs from releasing [%]"""
+    """crown cover from which trees keep slabs from releasing, in the unit of the raster: per cent as a rule"""
     protects: bool = True
     """whether nothing releases in it; false: as if it were cut down"""
     drag: Annotated[NonNegative, Field(le=1.0)] = 0.0
@@ -97,7 +97,7 @@ class FrictionClass(Spec):
     EXAMPLES: ClassVar = {"terrain": "channelled", "above": 1500.0, "mu": 0.25, "xi": 1500.0}
 
     terrain: Literal["open", "channelled", "gully", "flat"]
-    """kind of ground, by its plan curvature"""
+    """kind of ground, by its plan curvature and slope"""
     above: Number = -500.0
     """altitude from which it holds, up to that of the next class [m]"""
     volume: NonNegative = 0.0
@@ -156,7 +156,7 @@ class Flow(Spec):
     """at the latest [s]; it ends before, at rest"""
     density: Positive = 200.0
     """of the flow [kg/m3]"""
-    reach: Annotated[Number, Field(ge=8.0, le=45.0)] = 20.0
+    reach: Annotated[Number, Field(ge=5.0, le=30.0)] = 15.0
     """travel angle [degrees] of the routing that gives the first window of terrain, and says which releases can reach
     the area of interest"""
 
@@ -184,7 +184,7 @@ class RegionFile(Spec):
     flow: Flow = Flow()
     friction: Friction
     samples: Samples = Samples()
-    pressures: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=8)] = (1e3, 3e3, 1e4, 3e4)
+    pressures: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=6)] = (1e3, 3e3, 1e4, 3e4)
     """pressures that divide the classes [Pa], and whose frequency is mapped"""
     zones: Literal["switzerland", "norway"] | None = None
     """zones of hazard maps, by the definition of a country (`snowmpm docs region`)"""
@@ -200,7 +200,7 @@ class RegionFile(Spec):
     @model_validator(mode="after")
     def _fits(self):
         if list(self.pressures) != sorted(set(self.pressures)):
-            raise refuse("must grow", "pressures", list(self.pressures))
+            raise refuse("must increase", "pressures", list(self.pressures))
         return self
 
     @property

@@ -14,14 +14,14 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
-from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import Number, Spec, refuse
 
 LEVEL = 28.0
 """Slope [degrees] at which f is 1."""
 CALM, WINDY = 1000.0, 2000.0
 """Altitudes [m] from which drifted snow begins, and is whole."""
-THINNEST = 0.1
-"""Least thickness [m]."""
+THINNEST, MOST = 0.1, 10.0
+"""Least and largest thickness [m]."""
 
 
 class Thickness(Spec):
@@ -29,17 +29,17 @@ class Thickness(Spec):
 
     EXAMPLES: ClassVar = {"value": 1.2, "file": "d0.tif"}
 
-    value: Positive | None = None
+    value: Annotated[Number, Field(gt=0.0, le=MOST)] | None = None
     """of all releases [m]"""
     file: Annotated[str, Field(strict=True, min_length=1)] | None = None
     """raster of thickness [m], relative to the file of the region; an area has its mean"""
-    three_day_snow: Positive | None = None
+    three_day_snow: Annotated[Number, Field(gt=0.0, le=MOST)] | None = None
     """increase of the snow depth within three days at reference_altitude [m]"""
     reference_altitude: Number = 2000.0
     """of three_day_snow [m]"""
     gradient: Number = 0.05
     """increase of three_day_snow a hundred metres of altitude [m]"""
-    wind: NonNegative = 0.0
+    wind: Annotated[Number, Field(ge=0.0, le=MOST)] = 0.0
     """snow drifted by wind, from 2000 m on [m]"""
 
     @model_validator(mode="after")

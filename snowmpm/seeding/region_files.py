@@ -74,11 +74,11 @@ def lines_on_raster(path, key, raster=None):
     return read_lines(path, key, raster and raster_system(raster))
 
 
-def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
+def read_features(path, key, terrain=None, attribute=None, kind=POLYGON, named=False):
     """Features of the polygons in a .shp, .geojson or .gpkg file, in the system of the terrain.
 
     attribute: the one that holds the thickness; `attributes.USUAL` when missing. kind: LINE or PLACE for lines, or
-    lines and points, whose names are in the attribute `name`.
+    lines and points, whose names are in the attribute `name`; named: polygons with these, in place of a thickness.
 
     terrain: its `ReferenceSystem`, None where it names none. A shapefile is in the system of the .prj beside it,
     GeoJSON in that of its member `crs`, else in longitude and latitude if it can be, as RFC 7946 has it; a GeoPackage,
@@ -88,10 +88,11 @@ def read_features(path, key, terrain=None, attribute=None, kind=POLYGON):
     InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
     terrain's system does not reach, a system that the coordinates contradict.
     """
-    attribute = attribute if kind is POLYGON else "name"
+    named = named or kind is not POLYGON
+    attribute = "name" if named else attribute
     found, names, system, told = _read(path, key, lambda names: attributes.chosen(names, attribute), kind)
     where = f"{key} = {str(path)!r}"
-    features = _with_thickness(found, names, attribute) if kind is POLYGON else [
+    features = _with_thickness(found, names, attribute) if not named else [
         Feature(parts, None, "", shown_line("" if name is None else name, LONGEST_NAME)) for parts, name in found]
     if not features:
         raise InputError.at(key, str(path), f"holds no {kind.single}")

@@ -138,7 +138,7 @@ def _cells(source, where, rows, columns):
     block = np.prod(source.block_shapes[0], dtype=float) * source.count * np.dtype(source.dtypes[0]).itemsize
     read_budget.allow(where, CELL_BYTES * float(shape[0]) * shape[1] + block, f"{shape[1]} x {shape[0]} cells", ADVICE)
     z = source.read(1, window=Window.from_slices(rows, columns), masked=True).astype(float).filled(np.nan)
-    no_data = [source.nodata] if source.nodata is not None else [USUAL_NO_DATA, *_ends(source)]
+    no_data = [source.nodata] if source.nodata is not None else [USUAL_NO_DATA, *ends(source)]
     for value in no_data:
         if source.nodata is None and (bare := int((z == value).sum())):
             warnings.warn(f"{where}: {bare} cells hold {value:g}: taken as no data, which the file does not declare",
@@ -148,7 +148,7 @@ def _cells(source, where, rows, columns):
     return z * source.scales[0] + source.offsets[0]
 
 
-def _ends(source):
+def ends(source):
     """Smallest and largest number of a band of whole numbers that are scaled: what it holds where there is none, since
     it has no other number for that. None of bands as they are, where 255 may be a height."""
     kind = np.dtype(source.dtypes[0])

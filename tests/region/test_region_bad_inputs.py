@@ -68,6 +68,7 @@ def test_an_area_of_interest_beside_the_terrain(region_file, tmp_path):
     ('terrain = "massif.tif"', 'terrain = "none.tif"', "no such file"),
     ("cell = 20.0", "cell = 13.0", "must be a whole multiple"),
     ("period = 100.0", "period = 0.1", "scenarios.rare.period"),
+    ("three_day_snow = 1.6", "three_day_snow = 160.0", "scenarios.rare.thickness.three_day_snow"),
     ("thickness = { three_day_snow = 1.6 }", "", "scenarios.rare.thickness"),
     ("thickness = { three_day_snow = 1.6 }", "thickness = { value = 1.0, three_day_snow = 1.6 }", "needs one of"),
     ('card = "voellmy_avaframe"', 'card = "voelmy_avaframe"', "must be one of"),
@@ -101,6 +102,23 @@ def test_a_release_at_the_border_says_so(raster, region_file, tmp_path):
     record = jobs.work_on(next(iter(plan.jobs(setting))))
     assert record["status"] == "done"
     assert record["numbers"]["left_share"] > 0.5 and record["numbers"]["window_at_border"] == 1.0
+    launch.run_region(read_region(path), setting.folder, workers=1, resume=True)
+    assert any("over the border of the terrain" in line and warns for line, warns in launch.told(setting))
+
+
+def test_cover_as_a_share(region_file, tmp_path, raster):
+    raster(np.full((40, 40), 0.6), cell=100.0, name="cover.tif")
+    text = refused(region_file('[forest]\nfile = "cover.tif"'), tmp_path / "out")
+    assert "is it in per cent?" in text
+
+
+def test_a_folder_with_files_of_others(region_file, tmp_path):
+    out = tmp_path / "out"
+    (out / "maps").mkdir(parents=True)
+    (out / "maps" / "mine.txt").write_text("mine")
+    with pytest.raises(InputError):
+        launch.run_region(read_region(region_file()), out, workers=1)
+    assert [one.name for one in out.rglob("*")] == ["maps", "mine.txt"]
 
 
 def test_too_little_disk(region_file, tmp_path, monkeypatch):
@@ -140,7 +158,9 @@ def test_a_failing_release_is_listed_and_done_again(region_file, tmp_path):
     said = []
     launch.run_region(file, setting.folder, workers=2, resume=True, say=said.append)
     assert any("failed: a test" in line for line in said)
-    assert launch.counts(setting)["rare"] == {"areas": setting.areas["rare"], "done": 3, "failed": 1, "out_of_reach": 0}
+    counts = launch.counts(setting)["rare"]
+    assert (counts["done"], counts["failed"], counts["out_of_reach"], counts["releases"]) == (3, 1, 0, 4)
+    assert any("1 runs failed and are missing in the maps" in line for line, _ in launch.told(setting))
     launch.run_region(file, setting.folder, workers=2, resume=True, retry=True)
     assert launch.counts(setting)["rare"]["done"] == 4
 
@@ -189,13 +209,51 @@ def test_a_folder_from_elsewhere_reads_nothing_outside(region_file, tmp_path, ol
         plan.read_setting(made.folder)
 
 
-@pytest.mark.parametrize("text", ["[]", "{}", '{"cell": "x", "crs": null, "areas": {}, "digests": {}}', "no json"])
+@pytest.mark.parametrize("text", [
+    '{"cell": 20.0, "crs": null, "areas": {"foo": 3}, "digests": {}}',
+    '{"cell": 20.0, "crs": null, "areas": {"rare": 3}, "digests": [1]}',
+    '{"cell": "x", "crs": null, "areas": {}, "digests": {}}', "[]", "{}", "no json"])
 def test_a_damaged_folder_is_refused(region_file, tmp_path, text):
     made = plan.make(read_region(region_file()), tmp_path / "out")
     (made.folder / plan.SETTING).write_text(text)
     plan._setting.cache_clear()
     with pytest.raises(InputError, match="not written by this program"):
         plan.read_setting(made.folder)
+
+
+def test_areas_that_are_no_geopackage_are_not_opened(region_file, tmp_path):
+    """GDAL would follow other formats to other files and addresses."""
+    made = plan.make(read_region(region_file()), tmp_path / "out")
+    plan.areas_file(made.folder, "rare").write_text("<OGRVRTDataSource></OGRVRTDataSource>")
+    with pytest.raises(InputError, match="not written by this program"):
+        plan.read_area(made.folder, "rare", 1)
+
+
+@pytest.mark.parametrize("name", ["maps", "maps/page", "inputs", "results", "runs"])
+def test_folders_that_are_links_are_refused(region_file, tmp_path, name):
+    made = plan.make(read_region(region_file()), tmp_path / "out")
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (made.folder / name).parent.mkdir(exist_ok=True)
+    (made.folder / name).symlink_to(outside)
+    with pytest.raises(InputError, match="is a link"):
+        launch.run_region(read_region(region_file()), made.folder, workers=1, resume=True)
+    assert not list(outside.iterdir())
+
+
+def test_a_folder_goes_on_by_its_own_file(region_file, tmp_path):
+    made = plan.make(read_region(region_file()), tmp_path / "out")
+    (tmp_path / "massif.tif").unlink()
+    launch.run_region(read_region(made.folder / plan.FILE), made.folder, workers=2, resume=True)
+    assert launch.counts(made)["rare"]["done"] == 4
+
+
+def test_runs_of_others_are_kept(region_file, tmp_path):
+    (tmp_path / "runs" / "mine").mkdir(parents=True)
+    (tmp_path / "runs" / "mine" / "data.txt").write_text("x")
+    with pytest.raises(InputError, match="holds files of others"):
+        launch.run_region(read_region(region_file()), tmp_path, workers=1)
+    assert (tmp_path / "runs" / "mine" / "data.txt").read_text() == "x"
 
 
 def test_a_link_in_a_folder_from_elsewhere_is_not_written_through(region_file, tmp_path):

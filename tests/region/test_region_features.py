@@ -71,13 +71,14 @@ def test_what_is_exposed(setting, region_file, tmp_path):
     folder = found.folder / plan.MAPS
     rows = list(csv.DictReader((folder / exposure.TABLE).open()))
     house = next(one for one in rows if one["layer"] == "houses" and one["feature"] == "1")
-    assert float(house["peak_pressure_rare"]) == pytest.approx(pressure.max(), rel=1e-4)
+    assert house["name"] == "place 0" and float(house["once_in_years"]) == 100.0
+    assert float(house["pressure_kpa_rare"]) == pytest.approx(pressure.max() / 1e3, rel=1e-3)
     assert int(house["class"]) == 1 + np.digitize(pressure.max(), [1e3, 3e3, 1e4, 3e4])
     assert float(house["frequency"]) == pytest.approx(0.01)
     other = next(one for one in rows if one["layer"] == "houses" and one["feature"] == "2")
-    assert other["class"] == "0" and other["peak_pressure_rare"] == ""
+    assert other["class"] == "0" and other["pressure_kpa_rare"] == ""
     road = next(one for one in rows if one["layer"] == "roads")
-    assert road["name"] == "place 0" and float(road["peak_pressure_rare"]) >= float(house["peak_pressure_rare"])
+    assert road["name"] == "place 0" and float(road["pressure_kpa_rare"]) >= float(house["pressure_kpa_rare"])
     assert (folder / exposure.OUTLINES).is_file() and "houses" in (folder / "index.html").read_text()
 
 
@@ -153,3 +154,47 @@ def test_a_folder_is_whole_without_its_sources(region_file, tmp_path):
     record, _ = record_of(setting)
     assert record["status"] == "done"
     assert str(tmp_path) not in (moved / plan.FILE).read_text() + (moved / plan.SETTING).read_text()
+
+
+def test_polygons_are_run_as_they_are_drawn(region_file, tmp_path):
+    """Alternatives that overlap, one in another; and one that reaches beyond the terrain by a little, or by half."""
+    text = region_file().read_text()
+    x, y = 602_000.0, 202_000.0
+    geojson(tmp_path / "own.geojson", [square(x, y, 100.0), square(x + 100.0, y, 100.0), square(x, y, 30.0)],
+            thickness=1.0)
+    path = tmp_path / "own.toml"
+    path.write_text(text.replace("thickness = { three_day_snow = 1.6 }", 'file = "own.geojson"'))
+    made = plan.make(read_region(path), tmp_path / "own")
+    assert made.areas["rare"] == 3
+    assert [round(one.area) for one in plan.read_areas(made.folder, "rare")] == [40_000, 40_000, 3600]
+    geojson(tmp_path / "own.geojson", [square(600_098.0, y, 100.0)], thickness=1.0)
+    made = plan.make(read_region(path), tmp_path / "edge")
+    record, _ = record_of(made)
+    assert record["status"] == "done", record["reason"]
+    geojson(tmp_path / "own.geojson", [square(x, y, 100.0), square(600_000.0, y, 100.0)], thickness=1.0)
+    assert "polygon 2: 50 % of it lies off the terrain" in _refused(path, tmp_path)
+    geojson(tmp_path / "own.geojson", [square(x, y, 100.0)], thickness=40.0)
+    assert "must be at most 10 m" in _refused(path, tmp_path)
+
+
+def test_a_raster_of_thickness_counts_zeros_and_is_in_the_same_system(region_file, tmp_path, raster, terrain):
+    with open_elevations(terrain) as elevations:
+        shape = elevations.grid.rows, elevations.grid.columns
+    half = np.tile([[1.5], [0.0]], (shape[0] // 2, shape[1]))
+    text = region_file().read_text()
+    path = tmp_path / "own.toml"
+    path.write_text(text.replace("{ three_day_snow = 1.6 }", '{ file = "half.tif" }'))
+    raster(half, cell=10.0, name="half.tif")
+    made = plan.make(read_region(path), tmp_path / "half")
+    assert plan.read_area(made.folder, "rare", 1).thickness == pytest.approx(0.75, abs=0.1)
+    raster(half, cell=10.0, name="half.tif", system="EPSG:32632")
+    assert "gdalwarp" in _refused(path, tmp_path)
+
+
+def test_exposed_layers_are_read_first(region_file, tmp_path):
+    path = region_file()
+    path.write_text('exposed = ["far.geojson"]\n' + path.read_text())
+    geojson(tmp_path / "far.geojson", [square(0.0, 0.0, 5.0)])
+    assert "lies beside the terrain" in _refused(path, tmp_path)
+    geojson(tmp_path / "far.geojson", [])
+    assert "exposed" in _refused(path, tmp_path)

@@ -56,6 +56,9 @@ def test_every_run_is_done(done):
     counts = launch.counts(setting)
     assert {name: one["done"] for name, one in counts.items()} == {"rare": 8, "frequent": 8}
     assert any("core hours" in line and "euros" in line for line in said)
+    lines = list(launch.told(setting))
+    assert any("a trial: only 4 of" in line and warns for line, warns in lines)
+    assert any("still moved at flow.end_time" in line and warns for line, warns in lines)
     assert all(one["failed"] == 0 for one in counts.values())
 
 
@@ -80,7 +83,7 @@ def test_maps_are_those_of_the_runs(done, scenario):
 def test_frequency_is_the_sum_over_periods(done):
     setting, _ = done
     rare, frequent = (band(setting, f"probability_{name}")[0].filled(0.0) for name in ("rare", "frequent"))
-    expected = frequent * (1.0 / 10.0 - 1.0 / 100.0) + rare / 100.0
+    expected = frequent * (1.0 / 10.0 - 1.0 / 100.0) + np.maximum(rare, frequent) / 100.0
     assert np.allclose(band(setting, "frequency")[0].filled(0.0), expected, atol=1e-7)
     strong = band(setting, "frequency_above_30_kPa")[0].filled(0.0)
     assert (strong <= expected + 1e-7).all() and (strong > 0.0).any()
@@ -108,7 +111,7 @@ def test_files_are_as_they_say(done):
             assert file.units[0] == one.unit
     store = zarr.open_group(str(folder / maps.STORE), mode="r")
     pressure, _ = band(setting, "peak_pressure_rare")
-    assert np.array_equal(store["peak_pressure"][0], pressure.filled(-9999.0))
+    assert np.array_equal(store["peak_pressure"][0], pressure.filled(0.0))
     assert store["peak_pressure"].metadata.dimension_names == ("scenario", "y", "x")
     classes, file = band(setting, "intensity_rare")
     meta, _, geometry, values = raw.read(str(folder / "intensity.gpkg"), layer="intensity_rare")
@@ -157,8 +160,47 @@ def test_samples_and_their_factors(region_file):
     assert plan.factors(read_region(region_file()).samples) == [(1.0, 1.0)]
 
 
-def test_releases_are_chosen_evenly():
+def test_releases_are_chosen_evenly_and_nested():
     assert plan.chosen(10, None) == range(1, 11)
     found = plan.chosen(1000, 100)
     assert len(set(found)) == 100 and min(found) >= 1 and max(found) <= 1000
-    assert set(np.diff(found)) == {10}
+    assert np.diff(found).max() <= 16
+    for most in (1, 7, 99):
+        assert set(plan.chosen(1000, most)) <= set(found)
+
+
+@pytest.mark.parametrize(("periods", "shares", "expected"), [
+    ((10.0, 100.0), (0.5, 1.0), 0.5 * 0.09 + 1.0 * 0.01),
+    ((10.0, 100.0), (1.0, 0.0), 0.1),  # what comes every 10 years comes every 100 as well
+    ((30.0, 30.0), (0.5, 0.5), 0.75 / 30.0),
+    ((30.0, 30.0, 300.0), (1.0, 0.0, 0.2), 1.0 / 30.0),
+    ((300.0,), (0.3,), 0.001),
+])
+def test_frequency_of_scenarios(periods, shares, expected):
+    found = maps.frequency_of(periods, [np.array([one]) for one in shares], lambda a, b: 1.0 - (1.0 - a) * (1.0 - b))
+    assert found[0] == pytest.approx(expected)
+
+
+def test_arrivals_are_at_least_the_frequency(done):
+    setting, _ = done
+    arrivals, frequency = (band(setting, name)[0].filled(0.0) for name in ("arrivals", "frequency"))
+    assert (arrivals >= frequency * (1.0 - 1e-6)).all() and (arrivals > 1.5 * frequency).any()
+
+
+def test_the_store_opens_in_xarray(done):
+    xarray = pytest.importorskip("xarray")
+    setting, _ = done
+    found = xarray.open_zarr(setting.folder / plan.MAPS / maps.STORE)
+    assert dict(found.sizes)["scenario"] == 2 and list(found.period.values) == [100.0, 10.0]
+    assert found.peak_pressure.dims == ("scenario", "y", "x") and found.frequency.dims == ("y", "x")
+
+
+def test_what_became_of_each_release(done):
+    from pyogrio import raw
+
+    setting, _ = done
+    meta, _, geometry, values = raw.read(str(setting.folder / plan.MAPS / "releases.gpkg"), layer="rare")
+    fields = dict(zip(meta["fields"], values, strict=True))
+    assert len(geometry) == setting.areas["rare"]
+    assert (fields["status"] == "done").sum() == 4 and (fields["status"] == "not run").sum() == len(geometry) - 4
+    assert (fields["runs"] == 2.0).sum() == 4 and np.nanmax(fields["pressure_kpa"]) > 10.0

@@ -5,7 +5,6 @@ import pytest
 
 from snowmpm.errors import InputError
 from snowmpm.region import friction, thickness
-from snowmpm.region.release_terrain import HALO
 from snowmpm.region.spec import FrictionClass, read_region
 from snowmpm.region.thickness import Thickness
 
@@ -38,7 +37,7 @@ def classes():
 def shares_of(**given):
     found = np.zeros((4, 1, 1))
     for name, value in given.items():
-        found[list(friction.CURVATURES).index(name)] = value
+        found[friction.KINDS.index(name)] = value
     return found
 
 
@@ -58,21 +57,25 @@ def test_numbers_between_kinds_and_bands():
     assert 2001.5 < xi[0, 0] < 2002.2
 
 
-def test_kinds_by_curvature():
-    """A gully whose contours have a radius of 20 m is a gully; a ridge is flat, as the source has it; a plane open."""
+@pytest.mark.parametrize(("bend", "slope", "kind"), [(0.0, 35.0, "open"), (-0.08, 35.0, "open"), (0.08, 35.0, "gully"),
+                                                     (0.0, 5.0, "flat"), (0.08, 5.0, "flat")])
+def test_kinds_by_curvature_and_slope(bend, slope, kind):
+    """A valley across the slope whose contours have the curvature `bend` [1/m]: even and convex ground is open."""
     n, cell = 60, 5.0
     x = cell * (np.arange(n) - n / 2)
     xx, yy = np.meshgrid(x, -x)
-    middle = n // 2 - HALO
-    inner = np.s_[HALO:-HALO, HALO:-HALO]
-    for bend, kind in ((0.08, "gully"), (-0.08, "flat"), (0.002, "open"), (0.01, "channelled")):
-        z = 0.6 * yy + 0.5 * bend * xx**2 * 0.6
-        # A parabola y = k x² / 2 has contours of curvature k; times two in the convention of the plan curvature
-        found = friction.kinds(z, cell)[(slice(None), *inner)][:, middle, middle]
-        assert list(friction.CURVATURES)[int(found.argmax())] == kind or kind in ("open", "channelled")
-        assert found.sum() == pytest.approx(1.0)
-    flat = friction.kinds(0.05 * yy, cell)[(slice(None), *inner)][:, middle, middle]
-    assert flat[0] == 1.0
+    steep = np.tan(np.radians(slope))
+    found = friction.kinds(steep * (yy + 0.5 * bend * xx**2), cell)[:, n // 2, n // 2]
+    assert found.sum() == pytest.approx(1.0)
+    assert friction.KINDS[int(found.argmax())] == kind
+
+
+def test_kinds_between():
+    n, cell = 60, 5.0
+    x = cell * (np.arange(n) - n / 2)
+    _, yy = np.meshgrid(x, -x)
+    flat, open_, *_ = friction.kinds(np.tan(np.radians(8.0)) * yy, cell)[:, n // 2, n // 2]
+    assert flat == pytest.approx(0.5, abs=0.02) and open_ == pytest.approx(0.5, abs=0.02)
 
 
 def test_card_times_a_factor():
