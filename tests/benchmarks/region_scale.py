@@ -8,7 +8,7 @@ default) whose times are drawn from those of the region in DIR, on W workers: th
 other, each for `overhead` seconds; a worker has the next one when the scheduler comes to it. A job holds as many runs
 as `snowmpm region` puts into it for so many workers.
 
-Columns: workers; batch: runs of a job; hours by the clock; efficiency: of what so many workers could do; busy: share of
+Columns of the table of simulate: workers; batch: runs of a job; hours by the clock; efficiency: of what so many workers could do; busy: share of
 the time that the scheduler works.
 """
 
@@ -75,7 +75,7 @@ def main():
 
     setting = plan.read_setting(choice.folder)
     index = journal.index_of(setting.folder, list(setting.areas))
-    known = index.seconds[index.status == 0]
+    known = index.seconds[index.status == 0].astype(float)
     times = np.random.default_rng(1).choice(known, choice.runs)
     with (choice.output.open("w", newline="", encoding="utf-8") if choice.output else sys.stdout) as file:
         table = csv.writer(file, lineterminator="\n")
