@@ -8,8 +8,8 @@ default) whose times are drawn from those of the region in DIR, on W workers: th
 other, each for `overhead` seconds; a worker has the next one when the scheduler comes to it. A job holds as many runs
 as `snowmpm region` puts into it for so many workers.
 
-Columns of the table of simulate: workers; batch: runs of a job; hours by the clock; efficiency: of what so many workers could do; busy: share of
-the time that the scheduler works.
+Columns of the table of simulate: workers; batch: runs of a job; hours by the clock; efficiency: of what so many workers
+could do; busy: share of the time that the scheduler works.
 """
 
 import argparse
