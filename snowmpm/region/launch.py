@@ -5,7 +5,6 @@ import itertools
 import json
 import math
 from collections import deque
-from dataclasses import dataclass
 from pathlib import Path
 
 from snowmpm import overwriting
@@ -28,16 +27,6 @@ LOST = 0.01
 OVERHEAD, BUSY, MOST_BATCH = 0.005, 0.5, 64
 """Seconds that the scheduler and this process take for a job (`tests/benchmarks/region_scale.py measure`); the share of
 their time for which they may be busy; runs of a job at most."""
-
-
-@dataclass(frozen=True)
-class Done:
-    """runs: of all; done, failed, out_of_reach: how many of them."""
-
-    runs: int
-    done: int
-    failed: int
-    out_of_reach: int
 
 
 def run_region(file, folder, scheduler=None, workers=None, resume=False, retry=False, say=lambda text: None,
@@ -67,6 +56,7 @@ def run_region(file, folder, scheduler=None, workers=None, resume=False, retry=F
                 plan.require_same(file, folder)
                 plan.rewrite(file, folder)
             setting = plan.read_setting(folder)
+            plan.write_base(setting)  # whatever lies there: the folder may come from anybody
         else:
             lock.make()
             setting = plan.make(file, folder)
@@ -79,9 +69,8 @@ def run_region(file, folder, scheduler=None, workers=None, resume=False, retry=F
 
 
 def conduct(setting, scheduler=None, workers=None, retry=False, say=lambda text: None, patience=PATIENCE):
-    """Do the runs that are missing; -> `Done`."""
-    folder, options = setting.folder, setting.file.cluster
-    total, known = plan.count_of(setting), journal.done(setting.folder, retry)
+    """Do the runs that are missing."""
+    folder, options, known = setting.folder, setting.file.cluster, journal.done(setting.folder, retry)
     if retry:
         _forget_failed(folder)
     results = folder / plan.RESULTS
@@ -117,7 +106,6 @@ def conduct(setting, scheduler=None, workers=None, retry=False, say=lambda text:
     for empty in (*(folder / "runs").glob("*"), folder / "runs"):  # a run removes its own folder
         with contextlib.suppress(OSError):
             empty.rmdir()
-    return Done(total, *(count[name] for name in journal.STATUS))
 
 
 def batch_of(workers, each):

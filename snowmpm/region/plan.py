@@ -350,8 +350,12 @@ def rewrite(file, folder):
         if key in new:
             kept[key] = [_copied(file.path(one), folder) for one in new[key]] if key == "exposed" else new[key]
     write_text(folder / FILE, table_text(kept | {"name": file.name}))
-    write_text(folder / BASE, _base(setting.file, setting.cell, folder / TERRAIN))  # whatever lies there
     _setting.cache_clear()
+
+
+def write_base(setting):
+    """Write the scene that all runs change."""
+    write_text(setting.folder / BASE, _base(setting.file, setting.cell, setting.terrain))
 
 
 def _require_inside(interest, grid, file):
