@@ -202,7 +202,7 @@ def reasons_of(run):
     return {f"{BEFORE}{name}": text for name, text in reasons.items()}
 
 
-def _write_maps(path, run, mapped):
+def _write_maps(path, run, mapped=MAPPED):
     """Keep the maps of a run, cut to where snow was; none of a run without."""
     found = {name: run.maps[name] for name in mapped if name in run.maps}
     if not found:

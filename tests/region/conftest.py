@@ -14,6 +14,17 @@ from snowmpm.terrain.reference_system import ReferenceSystem
 from tests.support.region import TEXT
 
 
+@pytest.fixture(scope="package")
+def scheduler():
+    """Address of a scheduler with two workers, which are started when the first test wants them."""
+    pytest.importorskip("distributed")
+    from snowmpm.campaigns import cluster
+    from snowmpm.campaigns.spec import Cluster
+
+    with cluster.site(Cluster(workers=2)) as found:
+        yield found.client.scheduler.address
+
+
 @pytest.fixture(scope="session")
 def terrain(tmp_path_factory):
     """GeoTIFF of 4 km by 4 km in cells of 10 m, somewhere steep."""

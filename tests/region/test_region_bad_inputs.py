@@ -93,7 +93,7 @@ def test_terrain_in_degrees(raster, region_file, tmp_path):
     assert "must be in metres" in refused(path, tmp_path / "out")
 
 
-def test_a_release_at_the_border_says_so(raster, region_file, tmp_path):
+def test_a_release_at_the_border_says_so(raster, region_file, tmp_path, scheduler):
     """The flow leaves the terrain: the run is done, and its numbers say what left."""
     file = raster(roof(60, cell=10.0), cell=10.0)
     path = region_file()
@@ -102,7 +102,7 @@ def test_a_release_at_the_border_says_so(raster, region_file, tmp_path):
     record = jobs.work_on(next(iter(plan.jobs(setting))))
     assert record["status"] == "done"
     assert record["numbers"]["left_share"] > 0.5 and record["numbers"]["window_at_border"] == 1.0
-    launch.run_region(read_region(path), setting.folder, workers=1, resume=True)
+    launch.run_region(read_region(path), setting.folder, scheduler=scheduler, resume=True)
     assert any("over the border of the terrain" in line and warns for line, warns in launch.told(setting))
 
 
@@ -146,7 +146,7 @@ def test_a_full_disk_in_a_worker_is_no_record(region_file, tmp_path, monkeypatch
     assert not (plan.results_of(setting.folder, job.hash) / work.RECORD).exists()
 
 
-def test_a_failing_release_is_listed_and_done_again(region_file, tmp_path):
+def test_a_failing_release_is_listed_and_done_again(region_file, tmp_path, scheduler):
     """One release fails: the others are done, the table says why, --retry-failed does it once more."""
     file = read_region(region_file())
     setting = plan.make(file, tmp_path / "out")
@@ -156,12 +156,12 @@ def test_a_failing_release_is_listed_and_done_again(region_file, tmp_path):
     record = {"status": "failed", "reason": "a test", "numbers": {}, "work": {}}
     (results / "record.json").write_text(json.dumps(record))
     said = []
-    launch.run_region(file, setting.folder, workers=2, resume=True, say=said.append)
+    launch.run_region(file, setting.folder, scheduler=scheduler, resume=True, say=said.append)
     assert any("failed: a test" in line for line in said)
     counts = launch.counts(setting)["rare"]
     assert (counts["done"], counts["failed"], counts["out_of_reach"], counts["releases"]) == (3, 1, 0, 4)
     assert any("1 runs failed and are missing in the maps" in line for line, _ in launch.told(setting))
-    launch.run_region(file, setting.folder, workers=2, resume=True, retry=True)
+    launch.run_region(file, setting.folder, scheduler=scheduler, resume=True, retry=True)
     assert launch.counts(setting)["rare"]["done"] == 4
 
 
@@ -241,10 +241,10 @@ def test_folders_that_are_links_are_refused(region_file, tmp_path, name):
     assert not list(outside.iterdir())
 
 
-def test_a_folder_goes_on_by_its_own_file(region_file, tmp_path):
+def test_a_folder_goes_on_by_its_own_file(region_file, tmp_path, scheduler):
     made = plan.make(read_region(region_file()), tmp_path / "out")
     (tmp_path / "massif.tif").unlink()
-    launch.run_region(read_region(made.folder / plan.FILE), made.folder, workers=2, resume=True)
+    launch.run_region(read_region(made.folder / plan.FILE), made.folder, scheduler=scheduler, resume=True)
     assert launch.counts(made)["rare"]["done"] == 4
 
 

@@ -18,7 +18,7 @@ def snowmpm(*words, code=0):
     return done
 
 
-def test_run_resume_and_more_releases(tmp_path, region_file):
+def test_run_resume_and_more_releases(tmp_path, region_file, scheduler):
     """On a raster large enough for overviews. A larger choice adds to a smaller one."""
     massif.write(tmp_path / "large.tif", side=6000.0, cell=10.0, seed=4)
     path = region_file()
@@ -27,13 +27,13 @@ def test_run_resume_and_more_releases(tmp_path, region_file):
     out = tmp_path / "out"
     check = json.loads(snowmpm("check", path, "--json").stdout)
     assert check["runs"] == 2 and check["seconds_each"] > 0.0
-    first = json.loads(snowmpm("region", path, "-o", out, "--workers", 2, "--json").stdout)
+    first = json.loads(snowmpm("region", path, "-o", out, "--scheduler", scheduler, "--json").stdout)
     assert first["scenarios"]["rare"]["done"] == 2
     before = (out / "results.jsonl").read_text()
-    snowmpm("region", path, "-o", out, "--workers", 2, "--resume", "-q")
+    snowmpm("region", path, "-o", out, "--scheduler", scheduler, "--resume", "-q")
     assert (out / "results.jsonl").read_text() == before
     path.write_text(text.replace("most_releases = 2", "most_releases = 3"))
-    more = json.loads(snowmpm("region", path, "-o", out, "--workers", 2, "--resume", "--json").stdout)
+    more = json.loads(snowmpm("region", path, "-o", out, "--scheduler", scheduler, "--resume", "--json").stdout)
     assert more["scenarios"]["rare"]["done"] == 3 and (out / "results.jsonl").read_text().startswith(before)
     assert "already holds a region" in snowmpm("region", path, "-o", out, code=2).stderr
 

@@ -45,18 +45,18 @@ def maps_of(setting, job):
         return {name: found[name] for name in found.files}
 
 
-def test_only_what_can_reach_the_area_of_interest_is_run(setting, region_file, tmp_path):
+def test_only_what_can_reach_the_area_of_interest_is_run(setting, region_file, tmp_path, scheduler):
     areas = list(plan.read_areas(setting.folder, "rare"))
     place = areas[plan.chosen(len(areas), 4)[0] - 1].geometry.centroid
     geojson(tmp_path / "town.geojson", [square(place.x, place.y, 20.0)])
     path = region_file()
     path.write_text('area_of_interest = "town.geojson"\n' + path.read_text())
-    found = launch.run_region(read_region(path), tmp_path / "out", workers=2)
+    found = launch.run_region(read_region(path), tmp_path / "out", scheduler=scheduler)
     counts = launch.counts(found)["rare"]
     assert counts["done"] >= 1 and counts["out_of_reach"] >= 1 and counts["done"] + counts["out_of_reach"] == 4
 
 
-def test_what_is_exposed(setting, region_file, tmp_path):
+def test_what_is_exposed(setting, region_file, tmp_path, scheduler):
     """Houses in and beside the flow, a road through it: the largest pressure over their cells."""
     _, job = record_of(setting)
     maps = maps_of(setting, job)
@@ -67,7 +67,7 @@ def test_what_is_exposed(setting, region_file, tmp_path):
     geojson(tmp_path / "roads.geojson", [[[x - 300.0, y], [x + 300.0, y]]], "LineString")
     path = region_file()
     path.write_text('exposed = ["houses.geojson", "roads.geojson"]\n' + path.read_text())
-    found = launch.run_region(read_region(path), tmp_path / "out", workers=2)
+    found = launch.run_region(read_region(path), tmp_path / "out", scheduler=scheduler)
     folder = found.folder / plan.MAPS
     rows = list(csv.DictReader((folder / exposure.TABLE).open()))
     house = next(one for one in rows if one["layer"] == "houses" and one["feature"] == "1")

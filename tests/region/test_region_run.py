@@ -24,13 +24,14 @@ runs = 2
 
 
 @pytest.fixture(scope="module")
-def done(terrain, tmp_path_factory):
+def done(terrain, tmp_path_factory, scheduler):
     """A region that was run, and its folder."""
     folder = tmp_path_factory.mktemp("region")
     (folder / "massif.tif").write_bytes(terrain.read_bytes())
     (folder / "region.toml").write_text('zones = "switzerland"\n' + TEXT.format(more=MORE))
     said = []
-    setting = launch.run_region(read_region(folder / "region.toml"), folder / "out", workers=2, say=said.append)
+    file = read_region(folder / "region.toml")
+    setting = launch.run_region(file, folder / "out", scheduler=scheduler, say=said.append)
     return setting, said
 
 
@@ -137,13 +138,13 @@ def test_a_run_lies_on_the_lines_of_the_maps(done):
         assert np.allclose(at, np.round(at), atol=1e-6)
 
 
-def test_resume_does_nothing_where_all_is_done_and_refuses_another_region(done, region_file):
+def test_resume_does_nothing_where_all_is_done_and_refuses_another_region(done, region_file, scheduler):
     setting, _ = done
     path = region_file(MORE)
     path.write_text('zones = "switzerland"\n' + path.read_text())
     file = read_region(path)
     before = (setting.folder / plan.RESULTS).read_bytes()
-    launch.run_region(file, setting.folder, workers=2, resume=True)
+    launch.run_region(file, setting.folder, scheduler=scheduler, resume=True)
     assert (setting.folder / plan.RESULTS).read_bytes() == before
     with pytest.raises(InputError, match="already holds a region"):
         launch.run_region(file, setting.folder)
