@@ -11,6 +11,7 @@ from snowmpm.cli.options import Accurate, Fast, Json, PrecisionOption, SceneName
 from snowmpm.cli.region import check_region, is_region
 from snowmpm.cli.table import line_length, print_facts, print_json
 from snowmpm.cli.wording import duration
+from snowmpm.errors import InputError
 
 
 def check(
@@ -29,6 +30,9 @@ def check(
     code 2 and the name of the wrong key.
     """
     if is_region(scene):
+        if settings or precision or fast or accurate:
+            raise InputError(f"{scene}: --set, --precision, --fast and --accurate go with scenes, not with the file of"
+                             " a region")
         return check_region(scene, as_json)
     import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.cli.options import Backend

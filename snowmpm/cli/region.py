@@ -52,10 +52,11 @@ def region(
         setting = launch.run_region(found, folder, scheduler, workers, resume, retry_failed, say, patience)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted; --resume does the runs that are missing in {folder}") from None
-    counts = launch.counts(setting)
+    done = launch.index(setting)
+    counts = launch.counts(setting, done)
     if any(one["failed"] for one in counts.values()) and not any(one["done"] for one in counts.values()):
         raise SimulationError(f"{folder}: every run failed; {plan.RESULTS} says why")
-    lines = list(launch.told(setting))
+    lines = list(launch.told(setting, done))
     if as_json:
         print_json({"folder": str(folder), "scenarios": counts, "warnings": [line for line, warns in lines if warns]})
         return
@@ -65,7 +66,7 @@ def region(
         elif not quiet:
             print(line)
     if not quiet:
-        print(launch.costs(setting))
+        print(launch.costs(setting, done))
         print(folder / plan.MAPS / "index.html")
 
 

@@ -18,7 +18,7 @@ LOOKED_AT = 8
 """Releases of a scenario that are looked at."""
 RESULT = 60_000.0
 """Bytes of the results of a run, about."""
-CENTS = 0.04
+EUROS = 0.04
 """Price of a core hour in a cloud [euros], about, in 2025."""
 
 
@@ -46,7 +46,7 @@ class Forecast:
     def words(self):
         """One line."""
         return (f"{self.runs} runs of about {self.each:.1f} s: {long_time(self.seconds)} with {self.workers} workers"
-                f" ({self.core_hours:.2g} core hours, about {max(CENTS * self.core_hours, 0.01):.2f} euros of cloud),"
+                f" ({self.core_hours:.2g} core hours, about {max(EUROS * self.core_hours, 0.01):.2f} euros of cloud),"
                 f" {large(self.disk)} of disk, {large(self.memory)} a worker")
 
     def check(self, source):

@@ -132,7 +132,8 @@ def run_release(job):
                 box = grown
                 shutil.rmtree(job.run)
     finally:
-        shutil.rmtree(inputs, ignore_errors=True)
+        if job.keep != "runs":  # the scene of a run that is kept names them
+            shutil.rmtree(inputs, ignore_errors=True)
     raise SimulationError(f"the flow still leaves its window after {MOST_TRIES} of them: a smaller flow.reach begins"
                           " with a larger one")
 

@@ -203,9 +203,8 @@ def told(setting, found=None):
                    " degrees: releases that were not run may reach the area of interest too; take a smaller one"), True
 
 
-def costs(setting):
-    """A line that says what a run took; "" without runs."""
-    found = index(setting)
+def costs(setting, found):
+    """A line that says what a run took; "" without runs. found: `journal.Index`."""
     worked = found.seconds[found.status == 0]
     if not len(worked):
         return ""

@@ -201,7 +201,7 @@ def tile_of(setting, index, grid, rows, columns):
     if setting.file.zones:
         peaks = [np.where(found[f"releases_{name}"] > 0.0, found[f"peak_pressure_{name}"], np.nan)
                  for name in by_period]
-        found[ZONE] = zones_of(setting.file.zones, periods, peaks, total[0])
+        found[ZONE] = zones_of(setting.file.zones, periods, peaks, arrivals)
     return found
 
 

@@ -210,10 +210,11 @@ def jobs(setting):
     card = friction_card(file.friction.card).model_dump(mode="json") if file.friction.card else None
     shared = (__version__, plugins.records(), setting.digests, card, setting.cell,
               file.model_dump(mode="json", include={"flow", "friction", "forest"}))
+    drawn = factors(file.samples)
     for scenario, count in setting.areas.items():
         own = hash_of(shared, scenario, file.scenarios[scenario].model_dump(mode="json"))
         for number in chosen(count, file.most_releases):
-            for sample, (thick, rubs) in enumerate(factors(file.samples)):
+            for sample, (thick, rubs) in enumerate(drawn):
                 name = hash_of(own, number, thick, rubs)
                 yield RegionJob(name, str(setting.folder), scenario, number, sample, thick, rubs, file.keep,
                                 file.cluster.threads, loaded, file.cluster.backend)

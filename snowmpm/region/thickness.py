@@ -49,8 +49,6 @@ class Thickness(Spec):
         return self
 
 
-
-
 def slope_factor(slope):
     """f of a slope [degrees]."""
     psi = math.radians(slope)

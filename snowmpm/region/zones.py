@@ -3,8 +3,9 @@
 switzerland  red: 30 kPa or more with a return period of up to 300 years, or reached at all with up to 30 years; blue:
              reached with more than 30 and up to 300 years, with less than 30 kPa. Richtlinien zur Berücksichtigung der
              Lawinengefahr (BFF and SLF, 1984); the yellow zone, of powder and rare flows, is not computed.
-norway       by the frequency of being reached: more than 1/5000, 1/1000 and 1/100 a year, which the safety classes S3,
-             S2 and S1 of buildings may not exceed. TEK17, § 7-3; it asks for the total of all kinds of slides.
+norway       by the expected number of arrivals, the total of all paths: more than 1/5000, 1/1000 and 1/100 a year,
+             which the safety classes S3, S2 and S1 of buildings may not exceed. TEK17, § 7-3; it asks for the total of
+             all kinds of slides.
 """
 
 from dataclasses import dataclass
@@ -34,13 +35,13 @@ ZONES = {
 }
 
 
-def zones_of(country, periods, peaks, frequency):
+def zones_of(country, periods, peaks, arrivals):
     """Numbers of the zones (rows, columns), 0 outside of all. periods: return period [years] of each scenario; peaks:
-    its peak pressure [Pa], NaN where nothing came; frequency: of being reached [1/year], 0 where never."""
-    found = np.zeros(frequency.shape, np.uint8)
+    its peak pressure [Pa], NaN where nothing came; arrivals: expected number [1/year], 0 where nothing comes."""
+    found = np.zeros(arrivals.shape, np.uint8)
     if country == "norway":
-        # A limit is met by a frequency of just so much
-        return np.searchsorted(NORWEGIAN, frequency * (1.0 - 1e-6), side="left").astype(np.uint8)
+        # A limit is met by just so much
+        return np.searchsorted(NORWEGIAN, arrivals * (1.0 - 1e-6), side="left").astype(np.uint8)
     for period, pressure in zip(periods, peaks, strict=True):
         if period > LONG:
             continue

@@ -46,9 +46,12 @@ def runs_of(setting, scenario):
     grid = maps.grid_of(setting)
     for k in np.flatnonzero(index.scenario == index.names.index(scenario)):
         whole = np.zeros((3, grid.rows, grid.columns))
-        placed = maps._placed(setting, index, grid, k, (0, grid.rows), (0, grid.columns))
-        if placed:
-            whole[(slice(None), *placed[0])] = np.where(placed[1][0] >= index.flow_depth[k], placed[1], 0.0)
+        with np.load(plan.results_of(setting.folder, index.name_of(k)) / RUN_MAPS) as own:
+            peaks = np.nan_to_num([own[kind] for kind in ("peak_depth", "peak_speed", "peak_pressure")])
+            column, row = np.round((own["corner"] - [grid.west, grid.bounds[1]]) / grid.cell).astype(int)
+        south = whole[:, ::-1]  # rows from the south, as the file has them
+        south[:, row : row + peaks.shape[1], column : column + peaks.shape[2]] = np.where(
+            peaks[0] >= index.flow_depth[k], peaks, 0.0)
         yield int(index.area[k]), whole
 
 
