@@ -39,7 +39,7 @@ def test_a_command_takes_the_share_that_was_asked_for(rows, row):
 
 @pytest.mark.parametrize("row", sorted([*ASKED, "check", "run", "film"]))
 def test_no_command_takes_longer_than_before(rows, row):
-    """Of one turn in five the ratio scatters by a few percent."""
+    """The ratios of the five turns of a row scatter by 3 to 15 %; the median of equal programs by less than 3 %."""
     assert float(rows[row]["ratio"]) <= 1.03
 
 
@@ -50,14 +50,13 @@ def test_the_main_job_of_the_readme_takes_90_seconds_of_processor_time(rows):
 
 @pytest.mark.parametrize(("kind", "asked"), [
     pytest.param("thin flow in 3-D", 150.0, marks=pytest.mark.xfail(
-        strict=True, reason="148 with 93 912 particles; of 11 740 the grid and the contact take a larger part")),
+        strict=True, reason="174: gather and scatter wait for memory, and the grid is large for few particles")),
     pytest.param("AFLIP in 3-D", 120.0, marks=pytest.mark.xfail(
-        strict=True, reason="the gather takes half of it, and waits for memory")),
+        strict=True, reason="159: the gather takes half of it, and waits for memory")),
     pytest.param("SPH in 3-D", 700.0, marks=pytest.mark.xfail(
-        strict=True, reason="packs of 8 neighbours in place of 16, and fewer rows, gave 4 to 13 %")),
-    ("APIC in 3-D", 120.0)])
+        strict=True, reason="1323: packs of 8 neighbours in place of 16 gave 4 to 13 %"))])
 def test_nanoseconds_of_a_particle_and_step(kind, asked):
-    """By `tests/benchmarks/step_profile.py`, the shortest launch of each kernel."""
+    """By `tests/benchmarks/step_profile.py`, the mean of all launches."""
     with STEPS.open(encoding="utf-8", newline="") as file:
         rows = {row["kind"]: row for row in csv.DictReader(file)}
-    assert float(rows[kind]["shortest_ns"]) <= asked
+    assert float(rows[kind]["mean_ns"]) <= asked
