@@ -85,13 +85,13 @@ def check_region(file, as_json):
     import tempfile
 
     from snowmpm.campaigns import cluster
-    from snowmpm.region import forecast, plan
+    from snowmpm.region import forecast, plan, preparing
     from snowmpm.region.spec import read_region
 
     found = read_region(file)
     cluster.require_cluster()
     with tempfile.TemporaryDirectory() as folder:
-        setting = plan.make(found, folder, copies=False)
+        setting = preparing.make(found, folder, copies=False)
         cost = forecast.forecast(setting, cluster.worker_count(found.cluster))
         if as_json:
             print_json({"areas": setting.areas, "cell": setting.cell, "runs": cost.runs, "seconds_each": cost.each,

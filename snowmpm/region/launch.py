@@ -15,7 +15,7 @@ from snowmpm.campaigns.work import RECORD
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io import FolderLock
-from snowmpm.region import journal, plan
+from snowmpm.region import journal, plan, preparing
 from snowmpm.region.forecast import forecast
 from snowmpm.region.jobs import work_on_all
 from snowmpm.stages import stage
@@ -53,13 +53,13 @@ def run_region(file, folder, scheduler=None, workers=None, resume=False, retry=F
         overwriting.guard_in(folder, names)
         if begun:
             if not own:
-                plan.require_same(file, folder)
-                plan.rewrite(file, folder)
+                preparing.require_same(file, folder)
+                preparing.rewrite(file, folder)
             setting = plan.read_setting(folder)
-            plan.write_base(setting)  # whatever lies there: the folder may come from anybody
+            preparing.write_base(setting)  # whatever lies there: the folder may come from anybody
         else:
             lock.make()
-            setting = plan.make(file, folder)
+            setting = preparing.make(file, folder)
         for name, count in setting.areas.items():
             say(f"{name}: {count} release areas")
         journal.repair(folder)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError, WriteError
-from snowmpm.region import forecast, jobs, journal, launch, plan
+from snowmpm.region import forecast, jobs, journal, launch, plan, preparing
 from snowmpm.region import release_areas as areas_of
 from snowmpm.region.elevations import open_elevations
 from snowmpm.region.release_terrain import RULES
@@ -95,7 +95,7 @@ def test_a_release_at_the_border_says_so(raster, region_file, tmp_path, schedule
     file = raster(roof(60, cell=10.0), cell=10.0)
     path = region_file()
     path.write_text(path.read_text().replace("massif.tif", file.name).replace("cell = 20.0", "cell = 10.0"))
-    setting = plan.make(read_region(path), tmp_path / "out")
+    setting = preparing.make(read_region(path), tmp_path / "out")
     record = jobs.work_on(next(iter(plan.jobs(setting))))
     assert record["status"] == "done"
     assert record["numbers"]["left_share"] > 0.5 and record["numbers"]["window_at_border"] == 1.0
@@ -131,7 +131,7 @@ def test_a_full_disk_in_a_worker_is_no_record(region_file, tmp_path, monkeypatch
     """A worker that cannot write leaves no record, so that the release is run elsewhere."""
     from snowmpm.campaigns import work
 
-    setting = plan.make(read_region(region_file()), tmp_path / "out")
+    setting = preparing.make(read_region(region_file()), tmp_path / "out")
     job = next(iter(plan.jobs(setting)))
 
     def full(*arguments, **options):
@@ -146,7 +146,7 @@ def test_a_full_disk_in_a_worker_is_no_record(region_file, tmp_path, monkeypatch
 def test_a_failing_release_is_listed_and_done_again(region_file, tmp_path, scheduler):
     """One release fails: the others are done, the table says why, --retry-failed does it once more."""
     file = read_region(region_file())
-    setting = plan.make(file, tmp_path / "out")
+    setting = preparing.make(file, tmp_path / "out")
     broken = list(plan.jobs(setting))[1]
     results = plan.results_of(setting.folder, broken.hash)
     results.mkdir(parents=True)
@@ -195,13 +195,13 @@ def test_cells_too_coarse(raster):
     ('terrain = "terrain.tif"', 'terrain = "terrain.tif"\narea_of_interest = "../houses.geojson"'),
 ])
 def test_a_folder_from_elsewhere_reads_nothing_outside(region_file, tmp_path, old, new):
-    made = plan.make(read_region(region_file()), tmp_path / "out")
+    made = preparing.make(read_region(region_file()), tmp_path / "out")
     for name in ("secret.tif", "houses.geojson"):
         (tmp_path / name).write_text("{}")
     text = (made.folder / plan.FILE).read_text()
     assert old in text
     (made.folder / plan.FILE).write_text(text.replace(old, new))
-    plan._setting.cache_clear()
+    plan.forget()
     with pytest.raises(InputError, match="must lie in inputs/ of its folder"):
         plan.read_setting(made.folder)
 
@@ -211,16 +211,16 @@ def test_a_folder_from_elsewhere_reads_nothing_outside(region_file, tmp_path, ol
     '{"cell": 20.0, "crs": null, "areas": {"rare": 3}, "digests": [1]}',
     '{"cell": "x", "crs": null, "areas": {}, "digests": {}}', "[]", "{}", "no json"])
 def test_a_damaged_folder_is_refused(region_file, tmp_path, text):
-    made = plan.make(read_region(region_file()), tmp_path / "out")
+    made = preparing.make(read_region(region_file()), tmp_path / "out")
     (made.folder / plan.SETTING).write_text(text)
-    plan._setting.cache_clear()
+    plan.forget()
     with pytest.raises(InputError, match="not written by this program"):
         plan.read_setting(made.folder)
 
 
 def test_areas_that_are_no_geopackage_are_not_opened(region_file, tmp_path):
     """GDAL would follow other formats to other files and addresses."""
-    made = plan.make(read_region(region_file()), tmp_path / "out")
+    made = preparing.make(read_region(region_file()), tmp_path / "out")
     plan.areas_file(made.folder, "rare").write_text("<OGRVRTDataSource></OGRVRTDataSource>")
     with pytest.raises(InputError, match="not written by this program"):
         plan.read_area(made.folder, "rare", 1)
@@ -228,7 +228,7 @@ def test_areas_that_are_no_geopackage_are_not_opened(region_file, tmp_path):
 
 @pytest.mark.parametrize("name", ["maps", "maps/page", "inputs", "results", "runs"])
 def test_folders_that_are_links_are_refused(region_file, tmp_path, name):
-    made = plan.make(read_region(region_file()), tmp_path / "out")
+    made = preparing.make(read_region(region_file()), tmp_path / "out")
     outside = tmp_path / "outside"
     outside.mkdir()
     (made.folder / name).parent.mkdir(exist_ok=True)
@@ -239,7 +239,7 @@ def test_folders_that_are_links_are_refused(region_file, tmp_path, name):
 
 
 def test_a_folder_goes_on_by_its_own_file(region_file, tmp_path, scheduler):
-    made = plan.make(read_region(region_file()), tmp_path / "out")
+    made = preparing.make(read_region(region_file()), tmp_path / "out")
     (tmp_path / "massif.tif").unlink()
     launch.run_region(read_region(made.folder / plan.FILE), made.folder, scheduler=scheduler, resume=True)
     assert launch.counts(made)["rare"]["done"] == 4
@@ -254,7 +254,7 @@ def test_runs_of_others_are_kept(region_file, tmp_path):
 
 
 def test_a_link_in_a_folder_from_elsewhere_is_not_written_through(region_file, tmp_path):
-    made = plan.make(read_region(region_file()), tmp_path / "out")
+    made = preparing.make(read_region(region_file()), tmp_path / "out")
     job = next(iter(plan.jobs(made)))
     outside = tmp_path / "outside"
     outside.mkdir()

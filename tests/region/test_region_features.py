@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from snowmpm.campaigns.work import start_quietly
-from snowmpm.region import exposure, jobs, launch, plan
+from snowmpm.region import exposure, jobs, launch, plan, preparing
 from snowmpm.region.elevations import open_elevations
 from snowmpm.region.spec import read_region
 
@@ -32,7 +32,7 @@ def square(x, y, half):
 def setting(region_file, tmp_path):
     """The region without anything else, before its runs."""
     start_quietly("cpu", 1)
-    return plan.make(read_region(region_file()), tmp_path / "plain")
+    return preparing.make(read_region(region_file()), tmp_path / "plain")
 
 
 def record_of(setting, k=0):
@@ -87,7 +87,7 @@ def test_forest_brakes(setting, region_file, tmp_path):
         west, south, east, north = elevations.grid.bounds
     geojson(tmp_path / "forest.geojson", [square(0.5 * (west + east), 0.5 * (south + north), 5000.0)])
     more = '[forest]\nfile = "forest.geojson"\nprotects = false\ndrag = 0.05'
-    forested = plan.make(read_region(region_file(more)), tmp_path / "out")
+    forested = preparing.make(read_region(region_file(more)), tmp_path / "out")
     assert forested.areas == setting.areas
     (plain, _), (braked, job) = record_of(setting), record_of(forested)
     assert plain["status"] == braked["status"] == "done"
@@ -100,7 +100,7 @@ def _refused(path, tmp_path):
     from snowmpm.errors import InputError
 
     with pytest.raises(InputError) as found:
-        plan.make(read_region(path), tmp_path / "refused")
+        preparing.make(read_region(path), tmp_path / "refused")
     return str(found.value)
 
 
@@ -110,14 +110,14 @@ def test_classes_of_friction_are_those_of_one_number_where_all_are_alike(setting
     rows = ", ".join(f'{{ terrain = "{kind}", mu = 0.155, xi = 4000.0 }}' for kind in (
         "open", "channelled", "gully", "flat"))
     path.write_text(path.read_text().replace('card = "voellmy_avaframe"', f"classes = [{rows}]"))
-    classes = plan.make(read_region(path), tmp_path / "classes")
+    classes = preparing.make(read_region(path), tmp_path / "classes")
     (one, first), (other, second) = record_of(setting), record_of(classes)
     assert other["status"] == "done", other["reason"]
     assert first.hash != second.hash
     assert other["numbers"]["runout"] == pytest.approx(one["numbers"]["runout"], abs=20.0)
     assert other["numbers"]["largest_flow_speed"] == pytest.approx(one["numbers"]["largest_flow_speed"], rel=1e-3)
     path.write_text(path.read_text().replace("mu = 0.155", "mu = 0.3"))
-    slower, _ = record_of(plan.make(read_region(path), tmp_path / "rough"))
+    slower, _ = record_of(preparing.make(read_region(path), tmp_path / "rough"))
     assert slower["numbers"]["largest_flow_speed"] < 0.95 * one["numbers"]["largest_flow_speed"]
 
 
@@ -131,13 +131,13 @@ def test_areas_and_thickness_from_files(setting, region_file, tmp_path, raster):
     path = region_file()
     text = path.read_text().replace("thickness = { three_day_snow = 1.6 }", f'file = "{file}"')
     path.write_text(text)
-    given = plan.make(read_region(path), tmp_path / "given")
+    given = preparing.make(read_region(path), tmp_path / "given")
     own = plan.read_area(given.folder, "rare", 1)
     assert own.thickness == first.thickness
     assert own.area == pytest.approx(first.area) and own.slope == pytest.approx(first.slope, abs=1.5)
     assert own.surface == pytest.approx(first.surface, rel=0.02)
     path.write_text(text.replace(f'file = "{file}"', f'file = "{file}"\nthickness = {{ file = "{depth.name}" }}'))
-    given = plan.make(read_region(path), tmp_path / "depth")
+    given = preparing.make(read_region(path), tmp_path / "depth")
     assert plan.read_area(given.folder, "rare", 1).thickness == pytest.approx(1.25)
 
 
@@ -146,7 +146,7 @@ def test_a_folder_is_whole_without_its_sources(region_file, tmp_path):
     import shutil
 
     path = region_file()
-    made = plan.make(read_region(path), tmp_path / "made")
+    made = preparing.make(read_region(path), tmp_path / "made")
     moved = tmp_path / "moved"
     shutil.move(made.folder, moved)
     (tmp_path / "massif.tif").unlink()
@@ -164,11 +164,11 @@ def test_polygons_are_run_as_they_are_drawn(region_file, tmp_path):
             thickness=1.0)
     path = tmp_path / "own.toml"
     path.write_text(text.replace("thickness = { three_day_snow = 1.6 }", 'file = "own.geojson"'))
-    made = plan.make(read_region(path), tmp_path / "own")
+    made = preparing.make(read_region(path), tmp_path / "own")
     assert made.areas["rare"] == 3
     assert [round(one.area) for one in plan.read_areas(made.folder, "rare")] == [40_000, 40_000, 3600]
     geojson(tmp_path / "own.geojson", [square(600_098.0, y, 100.0)], thickness=1.0)
-    made = plan.make(read_region(path), tmp_path / "edge")
+    made = preparing.make(read_region(path), tmp_path / "edge")
     record, _ = record_of(made)
     assert record["status"] == "done", record["reason"]
     geojson(tmp_path / "own.geojson", [square(x, y, 100.0), square(600_000.0, y, 100.0)], thickness=1.0)
@@ -185,7 +185,7 @@ def test_a_raster_of_thickness_counts_zeros_and_is_in_the_same_system(region_fil
     path = tmp_path / "own.toml"
     path.write_text(text.replace("{ three_day_snow = 1.6 }", '{ file = "half.tif" }'))
     raster(half, cell=10.0, name="half.tif")
-    made = plan.make(read_region(path), tmp_path / "half")
+    made = preparing.make(read_region(path), tmp_path / "half")
     assert plan.read_area(made.folder, "rare", 1).thickness == pytest.approx(0.75, abs=0.1)
     raster(half, cell=10.0, name="half.tif", system="EPSG:32632")
     assert "gdalwarp" in _refused(path, tmp_path)

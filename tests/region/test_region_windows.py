@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from snowmpm.campaigns.work import start_quietly
-from snowmpm.region import jobs, plan
+from snowmpm.region import jobs, plan, preparing
 from snowmpm.region.elevations import open_elevations
 from snowmpm.region.spec import read_region
 
@@ -15,7 +15,7 @@ from snowmpm.region.spec import read_region
 @pytest.fixture
 def setting(region_file, tmp_path):
     start_quietly("cpu", 1)
-    return plan.make(read_region(region_file()), tmp_path / "out")
+    return preparing.make(read_region(region_file()), tmp_path / "out")
 
 
 def job_of(setting, k=0):
@@ -89,7 +89,7 @@ def test_hashes_follow_what_matters(region_file, tmp_path):
     def hashes(text, folder):
         path = region_file()
         path.write_text(path.read_text().replace("end_time = 60.0", text))
-        return [job.hash for job in plan.jobs(plan.make(read_region(path), tmp_path / folder))]
+        return [job.hash for job in plan.jobs(preparing.make(read_region(path), tmp_path / folder))]
 
     first = hashes("end_time = 60.0", "a")
     assert hashes("end_time = 60.0\n[cluster]\nworkers = 7\n", "b") == first
