@@ -24,6 +24,8 @@ EVERY = 50
 """Runs between two lines that say how far it is."""
 LOST = 0.01
 """Share of its snow that a run may lose without a word."""
+USUAL = 2.5
+"""Seconds of a run where nobody measured them."""
 OVERHEAD, BUSY, MOST_BATCH = 0.005, 0.5, 64
 """Seconds that the scheduler and this process take for a job (`tests/benchmarks/region_scale.py measure`); the share of
 their time for which they may be busy; runs of a job at most."""
@@ -78,7 +80,8 @@ def conduct(setting, scheduler=None, workers=None, retry=False, say=lambda text:
     count = dict.fromkeys(journal.STATUS, 0)
     left = sum(int(job.hash, 16) not in known for job in plan.jobs(setting))
     if left:
-        expected = forecast(setting, workers=cluster.worker_count(options, workers), left=left)
+        before = index(setting)
+        expected = forecast(setting, cluster.worker_count(options, workers), left, before.seconds[before.status == 0])
         say(expected.words)
         expected.check(setting.file.source)
         with (cluster.site(options, scheduler, workers, expected.memory) as site, stage("running", left, "runs") as now,
@@ -86,7 +89,7 @@ def conduct(setting, scheduler=None, workers=None, retry=False, say=lambda text:
             say(f"dashboard: {site.dashboard}")
             conductor = Conductor(site, say, patience, options.backend == "cuda")
             todo = Batches((job for job in plan.jobs(setting) if int(job.hash, 16) not in known),
-                           batch_of(len(site.workers()), expected.each))
+                           batch_of(len(site.workers()), expected.each or USUAL))
             for jobs, outcome in conductor.results(work_on_all, todo):
                 if not isinstance(outcome, list) and len(jobs) > 1:  # a worker died: which of them did it?
                     todo.again(jobs)

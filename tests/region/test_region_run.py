@@ -59,7 +59,7 @@ def test_every_run_is_done(done):
     setting, said = done
     counts = launch.counts(setting)
     assert {name: one["done"] for name, one in counts.items()} == {"rare": 8, "frequent": 8}
-    assert any("core hours" in line and "euros" in line for line in said)
+    assert any("16 runs, " in line and "of disk" in line for line in said)
     lines = list(launch.told(setting))
     assert any("a trial: only 4 of" in line and warns for line, warns in lines)
     assert any("still moved at flow.end_time" in line and warns for line, warns in lines)

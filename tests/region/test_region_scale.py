@@ -3,6 +3,7 @@
 import csv
 import re
 
+import numpy as np
 import pytest
 
 from snowmpm.region import launch
@@ -41,3 +42,15 @@ def test_the_table_of_the_guide_is_that_of_the_simulation():
         row = rows[int(workers.replace(" ", ""))]
         assert (int(batch), float(hours)) == (int(row["batch"]), pytest.approx(float(row["hours"]), rel=0.01))
         assert int(efficiency) == round(100 * float(row["efficiency"]))
+
+
+def test_the_forecast_is_the_mean_of_what_was_measured(region_file, tmp_path):
+    from snowmpm.region import forecast, preparing
+    from snowmpm.region.spec import read_region
+
+    setting = preparing.make(read_region(region_file()), tmp_path / "out")
+    found = forecast.forecast(setting, 2, 1000, np.full(8, 3.0))
+    assert found.each == 3.0 and found.seconds == pytest.approx(1500.0 + forecast.START)
+    assert forecast.forecast(setting, 2, 4, np.empty(0)).each is None
+    own = forecast.forecast(setting)
+    assert own.runs == 4 and 0.05 < own.each < 20.0
