@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from snowmpm.campaigns import scenarios
-from snowmpm.campaigns.spec import checked
+from snowmpm.campaigns.spec import CampaignFile
 from snowmpm.draft import write_table
 from snowmpm.errors import InputError, shown_line
 from snowmpm.events import store
@@ -58,7 +58,7 @@ def event_file(name, only=(), changes=None):
         chosen[shown_line(f"set: {words}", LONGEST)] = changes
     data = {"name": f"event_{name}", "scene": store.PREFIX + name, "design": "grid",
             "parameters": {"way": {"distribution": "scenarios", "sets": chosen}}}
-    return checked(data, f"event:{name}", store.kept(name))
+    return CampaignFile.checked(data, f"event:{name}", store.kept(name))
 
 
 def _words(value):

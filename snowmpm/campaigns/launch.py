@@ -14,7 +14,7 @@ from snowmpm.campaigns import answers, cluster, forecast, table, untrusted
 from snowmpm.campaigns.campaign import FILE, Campaign
 from snowmpm.campaigns.conduct import PATIENCE, Conductor
 from snowmpm.campaigns.members import ONLY, PLAN, Plan, Staged, base_file, runs_of
-from snowmpm.campaigns.spec import CampaignFile, checked, read_campaign
+from snowmpm.campaigns.spec import CampaignFile, read_campaign
 from snowmpm.campaigns.stack import STORE
 from snowmpm.campaigns.work import RECORD, job_of, work
 from snowmpm.draft import write_text
@@ -45,7 +45,7 @@ def campaign(scene: PathLike, parameters: Mapping[str, Mapping[str, Any]], folde
     base = path.resolve().parent if path.suffix == ".toml" else Path.cwd()
     data = {"name": Path(folder).name, "scene": path.name if path.suffix == ".toml" else str(scene),
             "parameters": {name: dict(one) for name, one in parameters.items()}, **options}
-    file = checked(data, "campaign", base)
+    file = CampaignFile.checked(data, "campaign", base)
     with notebook.bar(file.name) if notebook.in_notebook() else nullcontext():
         return run_campaign(file, folder, scheduler=scheduler, workers=workers, resume=resume)
 

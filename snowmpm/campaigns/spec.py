@@ -1,19 +1,17 @@
 """The file of a campaign: base scene, parameters, design, what is mapped, where it runs, what was observed."""
 
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, PrivateAttr, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from snowmpm.annotations import Floats
 from snowmpm.campaigns.design import COUNTED, RANDOM
 from snowmpm.campaigns.distributions import AnyParameter, Choices, Drawn, Scenarios
-from snowmpm.errors import InputError, did_you_mean
+from snowmpm.errors import did_you_mean
 from snowmpm.quantities.table import QUANTITIES
-from snowmpm.scenes.messages import describe
+from snowmpm.scenes.file_spec import FileSpec
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
-from snowmpm.scenes.toml import parse, table_text
 
 RESERVED = ("run", "variant", "hash", "status", "reason", "final", "complete", "weight")
 """Columns of the table that are no parameters."""
@@ -187,7 +185,7 @@ class Calibration(Spec):
     """share of accepted runs below which it ends"""
 
 
-class CampaignFile(Spec):
+class CampaignFile(FileSpec):
     """A campaign. Paths are relative to its file."""
 
     EXAMPLES: ClassVar = {"set": {"solver.dx": 10.0}}
@@ -215,9 +213,6 @@ class CampaignFile(Spec):
     keep: Literal["runs", "results"] = "runs"
     """what stays of a run: its folder, or only its numbers and maps"""
     calibration: Calibration | None = None
-
-    _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
-    _source: str = PrivateAttr(default="campaign")
 
     @model_validator(mode="after")
     def _fits(self):
@@ -260,35 +255,7 @@ class CampaignFile(Spec):
                          [one.coefficient for one in self.correlated])
         return matrix
 
-    @property
-    def base_dir(self) -> Path:
-        """Folder of relative paths."""
-        return self._base_dir
-
-    @property
-    def source(self) -> str:
-        """The file, for messages."""
-        return self._source
-
-    def to_toml(self) -> str:
-        """As TOML text."""
-        return table_text(self.model_dump(exclude_none=True, exclude_defaults=True) | {"name": self.name})
-
 
 def read_campaign(path):
     """`CampaignFile` from a TOML file; InputError, which names file, key, value and what is allowed."""
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file" if not path.is_dir() else f"{path}: a folder, not a campaign file")
-    return checked(parse(path), str(path), path.resolve().parent)
-
-
-def checked(data, source, base_dir):
-    """`CampaignFile` of tables; source: name for messages."""
-    try:
-        found = CampaignFile.model_validate(data)
-    except ValidationError as error:
-        raise InputError(describe(error, data, CampaignFile, source)) from None
-    found._base_dir, found._source = Path(base_dir), source
-    return found
-
+    return CampaignFile.read(path, "campaign")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from snowmpm.campaigns.spec import RESERVED, checked
+from snowmpm.campaigns.spec import RESERVED, CampaignFile
 from snowmpm.errors import InputError
 from snowmpm.quantities.table import QUANTITIES
 from snowmpm.reading.toml_text import TOMLDecodeError, tables
@@ -20,7 +20,7 @@ def sweep_file(scene, settings, changes=None):
             "set": changes or {}, "parameters": {
                 names[key]: {"key": key, "distribution": "choices", "values": list(given)}
                 for key, given in values.items()}}
-    return checked(data, "sweep", path.resolve().parent if in_file else Path.cwd())
+    return CampaignFile.checked(data, "sweep", path.resolve().parent if in_file else Path.cwd())
 
 
 def _key_and_values(setting):

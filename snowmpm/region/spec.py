@@ -3,17 +3,16 @@
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, PrivateAttr, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from snowmpm.campaigns.spec import Cluster, Count
 from snowmpm.errors import InputError
 from snowmpm.region.forest import COVER
 from snowmpm.region.release_terrain import RULES, Rule
 from snowmpm.region.thickness import Thickness
+from snowmpm.scenes.file_spec import FileSpec
 from snowmpm.scenes.friction_cards import friction_cards
-from snowmpm.scenes.messages import describe
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
-from snowmpm.scenes.toml import parse, table_text
 
 File = Annotated[str, Field(strict=True, min_length=1)]
 TERRAINS = ("open", "channelled", "gully", "flat")
@@ -161,7 +160,7 @@ class Flow(Spec):
     the area of interest"""
 
 
-class RegionFile(Spec):
+class RegionFile(FileSpec):
     """A region. Paths are relative to its file."""
 
     EXAMPLES: ClassVar = {"attribution": "National survey, 2025", "area_of_interest": "villages.gpkg",
@@ -194,32 +193,15 @@ class RegionFile(Spec):
     """what stays of a run: its folder, or only its numbers and maps"""
     cluster: Cluster = Cluster()
 
-    _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
-    _source: str = PrivateAttr(default="region")
-
     @model_validator(mode="after")
     def _fits(self):
         if list(self.pressures) != sorted(set(self.pressures)):
             raise refuse("must increase", "pressures", list(self.pressures))
         return self
 
-    @property
-    def base_dir(self) -> Path:
-        """Folder of relative paths."""
-        return self._base_dir
-
-    @property
-    def source(self) -> str:
-        """The file, for messages."""
-        return self._source
-
     def path(self, file: str) -> Path:
         """A file that it names."""
         return self._base_dir / file
-
-    def to_toml(self) -> str:
-        """As TOML text."""
-        return table_text(self.model_dump(exclude_none=True, exclude_defaults=True) | {"name": self.name})
 
 
 def is_region(data: Any) -> bool:
@@ -229,15 +211,7 @@ def is_region(data: Any) -> bool:
 
 def read_region(path: Path) -> RegionFile:
     """`RegionFile` from a TOML file; InputError, which names file, key, value and what is allowed."""
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: a folder, not the file of a region" if path.is_dir() else f"{path}: no such file")
-    data = parse(path)
-    try:
-        found = RegionFile.model_validate(data)
-    except ValidationError as error:
-        raise InputError(describe(error, data, RegionFile, str(path))) from None
-    found._base_dir, found._source = path.resolve().parent, str(path)
+    found = RegionFile.read(path, "region")
     for key, file in (("terrain", found.terrain), ("forest.file", found.forest and found.forest.file),
                       ("area_of_interest", found.area_of_interest),
                       *((f"exposed.{k}", one) for k, one in enumerate(found.exposed)),
@@ -245,5 +219,5 @@ def read_region(path: Path) -> RegionFile:
                       *((f"scenarios.{name}.thickness.file", one.thickness and one.thickness.file)
                         for name, one in found.scenarios.items())):
         if file and not found.path(file).is_file():
-            raise InputError.at(key, file, "no such file", file=path)
+            raise InputError.at(key, file, "no such file", file=found.source)
     return found

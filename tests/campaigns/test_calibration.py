@@ -10,7 +10,7 @@ from snowmpm.campaigns.calibration import calibrate_campaign
 from snowmpm.campaigns.launch import prepare, run_campaign
 from snowmpm.campaigns.members import make_plan
 from snowmpm.campaigns.observation import Observation, success
-from snowmpm.campaigns.spec import checked, read_campaign
+from snowmpm.campaigns.spec import CampaignFile, read_campaign
 from snowmpm.campaigns.work import MAPS, job_of, work
 from tests.support.small_campaign import COARSE, small_file
 
@@ -41,10 +41,11 @@ def seen(tmp_path_factory):
 
 def calibration_file(seen, **options):
     runout, outline = seen
-    return checked({"name": "friction", "scene": "avalanche_depth_averaged", "runs": 1, "set": RUNS, "parameters": MU,
-                    "maps": {"cell": 10.0}, "calibration": {**options, "observed": {
-                        "runout": {"value": runout, "deviation": 10.0},
-                        "outline": {"file": str(outline), "deviation": 0.05}}}}, "friction.toml", outline.parent)
+    return CampaignFile.checked(
+        {"name": "friction", "scene": "avalanche_depth_averaged", "runs": 1, "set": RUNS, "parameters": MU,
+         "maps": {"cell": 10.0}, "calibration": {**options, "observed": {
+             "runout": {"value": runout, "deviation": 10.0},
+             "outline": {"file": str(outline), "deviation": 0.05}}}}, "friction.toml", outline.parent)
 
 
 @pytest.mark.slow

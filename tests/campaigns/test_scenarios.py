@@ -8,7 +8,7 @@ import pytest
 from snowmpm.campaigns.campaign import Campaign
 from snowmpm.campaigns.launch import own_data
 from snowmpm.campaigns.members import samples
-from snowmpm.campaigns.spec import checked
+from snowmpm.campaigns.spec import CampaignFile
 from snowmpm.cli.app import app
 from snowmpm.errors import InputError
 
@@ -18,9 +18,9 @@ SETS = {"10 years": {"bodies.0.shape.top": 0.7}, "300 years": {
 
 def file(folder, more=None, **changes):
     parameters = {"scenario": {"distribution": "scenarios", "sets": SETS}, **(more or {})}
-    return checked({"name": "periods", "scene": "avalanche_depth_averaged", "design": "grid", "parameters": parameters,
-                    "set": {"solver.dx": 20.0, "end_time": 24.0, "output.interval": 8.0}, **changes}, "periods.toml",
-                   folder)
+    return CampaignFile.checked(
+        {"name": "periods", "scene": "avalanche_depth_averaged", "design": "grid", "parameters": parameters,
+         "set": {"solver.dx": 20.0, "end_time": 24.0, "output.interval": 8.0}, **changes}, "periods.toml", folder)
 
 
 def test_each_scenario_makes_its_own_changes(tmp_path):
@@ -29,7 +29,7 @@ def test_each_scenario_makes_its_own_changes(tmp_path):
     parameter = found.parameters["scenario"]
     assert parameter.changes("10 years") == SETS["10 years"]
     assert parameter.keys == ("bodies.0.shape.top", "terrain.friction")
-    again = checked(own_data(found), "again", tmp_path)  # as it stands in the campaign's folder
+    again = CampaignFile.checked(own_data(found), "again", tmp_path)  # as it stands in the campaign's folder
     assert again.parameters["scenario"].sets == parameter.sets
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from snowmpm.campaigns import answers, cluster, table
 from snowmpm.campaigns.conduct import Conductor
 from snowmpm.campaigns.members import Member, Plan, samples
-from snowmpm.campaigns.spec import checked
+from snowmpm.campaigns.spec import CampaignFile
 from snowmpm.errors import shown_line
 from snowmpm.stages import stage
 
@@ -49,7 +49,7 @@ def evaluate_campaign(function: Callable[[dict[str, Any]], Mapping[str, float]],
     """
     data = {"name": "function", "scene": "function", **options,
             "parameters": {name: {"key": name, **one} for name, one in parameters.items()}}
-    file = checked(data, "campaign", Path.cwd())
+    file = CampaignFile.checked(data, "campaign", Path.cwd())
     members = [Member("base", i, values, {}, str(i)) for i, values in enumerate(samples(file))]
     plan, records = Plan(file, Path.cwd(), members), {}
     if site is None:

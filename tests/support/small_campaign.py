@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from snowmpm.campaigns.spec import checked
+from snowmpm.campaigns.spec import CampaignFile
 
 COARSE = {"solver.dx": 20.0, "solver.particles_per_cell": 2, "end_time": 40.0, "output.interval": 8.0,
           "terrain.friction": {"law": "voellmy", "mu": 0.25, "xi": 1500.0}}
@@ -16,4 +16,4 @@ def small_file(runs=8, **options):
             "set": COARSE, "parameters": FRICTION, "maps": {"cell": 20.0}, **options}
     if data["runs"] is None:
         del data["runs"]
-    return checked(data, "small.toml", Path.cwd())
+    return CampaignFile.checked(data, "small.toml", Path.cwd())
