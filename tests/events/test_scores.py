@@ -172,24 +172,26 @@ def _distance_of_a_calibration(run, name, folder):
     """Of a run as a campaign keeps it: its numbers and five of its maps."""
     from snowmpm.campaigns import work
     from snowmpm.campaigns.observation import Observation as OfCampaign
-    from snowmpm.campaigns.spec import checked
+    from snowmpm.campaigns.spec import CampaignFile
 
     work._write_maps(folder / work.MAPS, run)
     mu = {"key": "terrain.friction.mu", "distribution": "uniform", "low": 0.1, "high": 0.4}
-    file = checked({"name": "fit", "scene": f"event:{name}", "runs": 8, "parameters": {"mu": mu},
-                    "calibration": {"observed": {"event": name}}}, "fit.toml", folder)
+    tables = {"name": "fit", "scene": f"event:{name}", "runs": 8, "parameters": {"mu": mu},
+              "calibration": {"observed": {"event": name}}}
+    file = CampaignFile.checked(tables, "fit.toml", folder)
     return OfCampaign(file).distance({"status": "done", "numbers": work.numbers_of(run)}, folder)
 
 
 def test_one_event_and_nothing_beside_it(tmp_path):
-    from snowmpm.campaigns.spec import checked
+    from snowmpm.campaigns.spec import CampaignFile
     from snowmpm.errors import InputError
 
     mu = {"key": "terrain.friction.mu", "distribution": "uniform", "low": 0.1, "high": 0.4}
     observed = {"event": "ryggfonn_2021", "runout": {"value": 1.0, "deviation": 1.0}}
+    tables = {"name": "fit", "scene": "event:ryggfonn_2021", "runs": 8, "parameters": {"mu": mu},
+              "calibration": {"observed": observed}}
     with pytest.raises(InputError, match="does not go with other observations"):
-        checked({"name": "fit", "scene": "event:ryggfonn_2021", "runs": 8, "parameters": {"mu": mu},
-                 "calibration": {"observed": observed}}, "fit.toml", tmp_path)
+        CampaignFile.checked(tables, "fit.toml", tmp_path)
 
 
 def test_words_that_no_way_has(made_up, call):
