@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,8 +95,13 @@ def withstood(program, tmp_path):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Every third case in the quick part of the tests, all of them in the slow one."""
-    own = [item for item in items if Path(__file__).parent in item.path.parents]
-    for i, item in enumerate(own):
-        if i % 3:
-            item.add_marker(pytest.mark.slow)
+    """Every third case of a file in the quick part of the tests, all of them in the slow one.
+
+    Counted in each file, so that a run of some files has the same slow tests as a run of all.
+    """
+    seen = Counter()
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            if seen[item.path] % 3:
+                item.add_marker(pytest.mark.slow)
+            seen[item.path] += 1
