@@ -1,19 +1,27 @@
-"""The same problem by other programs on the same machine: error and time on one chart, CSV and PNG.
+"""The same problems by other programs on the same machine in one run: error and time, CSV and PNG.
 
-    python tests/benchmarks/peers.py [-o FOLDER] [--newton PYTHON] [--pysph PYTHON] [--grids 3] [--repeat 1] [--draw]
+    python tests/benchmarks/peers.py [-o FOLDER] [--newton PYTHON] [--pysph PYTHON] [--geotaichi PYTHON SOURCES]
+                                     [--matter SOURCES] [--problems bar sand] [--grids 3] [--repeat 1] [--draw]
 
-The free bar of `peers/free_bar.py`, solved in this run by snowmpm and by every peer whose interpreter is given, each
-installed from its registry into an environment of its own:
+Two problems: the free bar of `peers/free_bar.py`, which has an exact answer, and the slice of sand of
+`peers/sand_slice.py`, by snowmpm and matter, which have its law. Each is solved by snowmpm and by every peer that is
+given, in an environment or a checkout of its own:
 
     python -m venv newton && newton/bin/pip install newton          # implicit MPM on Warp, here on its CPU device
     python -m venv pysph && pysph/bin/pip install numpy cython setuptools pysph      # needs a C++ compiler to run
-    python tests/benchmarks/peers.py --newton newton/bin/python --pysph pysph/bin/python
+    git clone https://github.com/Yihao-Shi/GeoTaichi && python -m venv geo
+    geo/bin/pip install taichi==1.7.4 scipy "trimesh<5" imageio matplotlib psutil pynvml shapely meshio rtree \
+        scikit-image pybind11
+    git clone https://github.com/larsblatny/matter                  # C++17, OpenMP and Eigen 3
+    python tests/benchmarks/peers.py --newton newton/bin/python --pysph pysph/bin/python \
+        --geotaichi geo/bin/python GeoTaichi --matter matter
 
-A peer that is not given, or does not start, is left out; `--draw` draws the table that is there. Times are processor
+A peer that is not given, or does not start, is left out; `--draw` draws the tables that are there. Times are processor
 seconds of the steps on one thread, without set-up and compilation, the least over `--repeat` runs.
 
 What the programs are for differs: Newton takes long implicit steps in 3-D and damps by them, which stiff granular
-scenes want and a wave does not; PySPH's scheme for solids damps by artificial viscosity; both run as their examples do.
+scenes want and a wave does not; PySPH's scheme for solids damps by artificial viscosity. Each runs as its examples do,
+in the precision that is its default.
 """
 
 import argparse
@@ -32,6 +40,8 @@ from snowmpm.compiler import runtime
 from snowmpm.materials import Elastic
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
 from snowmpm.running.device import device_name
+from snowmpm.running.simulation import Simulation
+from snowmpm.scenes import Scene
 from snowmpm.study.measurement import TimedScheme
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import Scheme, free_solver
@@ -39,13 +49,22 @@ from snowmpm.study.problems.schemes import Scheme, free_solver
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "peers"))
 import free_bar  # noqa: E402
+import sand_slice  # noqa: E402
 
-PEERS = {"newton": "newton_bar.py", "pysph": "pysph_bar.py"}
+PEERS = {"newton": "newton_bar.py", "pysph": "pysph_bar.py", "geotaichi": "geotaichi_bar.py", "matter": "matter_bar.py"}
+SAND = {"matter": "matter_sand.py"}
+"""Peers that solve the second problem."""
+SAND_COLUMNS = ("program", "choice", "cells", "particles", "steps", "seconds", "middle", "front")
 COLUMNS = ("program", "choice", "dimension", "cells", "particles", "steps", "seconds", "error")
-OWN = {"quadratic": Scheme("apic", precision="f32", cfl=0.4),
-       "cubic": Scheme("apic", kernel="cubic", precision="f32", cfl=0.4),
+OWN = {"APIC, quadratic": Scheme("apic", precision="f32", cfl=0.4),
+       "0.95 AFLIP, quadratic": Scheme("aflip", 0.95, precision="f32", cfl=0.4),
+       "APIC, cubic": Scheme("apic", kernel="cubic", precision="f32", cfl=0.4),
        "SPH": Scheme("apic", method="sph", precision="f32", cfl=0.3)}
 """Choices of snowmpm."""
+OWN_SAND = {"as it chooses": {}, "0.95 AFLIP": {"transfer": "aflip", "flip_ratio": 0.95}, "APIC": {"transfer": "apic"}}
+"""Choices of snowmpm for sand."""
+FINEST = 30
+"""Cells over the height of the slice on which snowmpm alone computes it, as it chooses."""
 
 
 def own_rows(grids):
@@ -69,13 +88,50 @@ def own_rows(grids):
                                  float(f"{timed.watch.seconds:.4g}"), float(f"{found:.4g}")), strict=True))
 
 
-def peer_rows(name, interpreter, grids):
-    """Rows that a peer's script prints, run by its own interpreter; none, with a word, when it does not start."""
+def sand_scene(cells, changes):
+    """The slice of sand as a `Scene`: x along the slope, z away from it."""
+    dx, slope = sand_slice.HEIGHT / cells, np.deg2rad(sand_slice.SLOPE)
+    alpha = np.sqrt(3.0) * np.tan(np.pi / 6.0)  # q over p
+    law = {"kind": "drucker_prager", "density": sand_slice.DENSITY, "youngs_modulus": sand_slice.YOUNGS_MODULUS,
+           "poisson_ratio": sand_slice.POISSON_RATIO,
+           "friction_angle": float(np.degrees(np.arcsin(3.0 * alpha / (6.0 + alpha))))}
+    width, sides = sand_slice.ACROSS * dx, ("x_min", "y_min", "y_max")
+    return Scene.model_validate({
+        "name": "sand_slice", "dimension": 3, "end_time": sand_slice.TIME, "output": {"interval": sand_slice.TIME},
+        "gravity": list(sand_slice.GRAVITY * np.array([np.sin(slope), 0.0, -np.cos(slope)])),
+        "solver": {"dx": dx, "particles_per_cell": 8, **changes},
+        "domain": {"min": [0.0, 0.0, -4 * dx], "max": [1.2, width, sand_slice.HEIGHT + 4 * dx],
+                   "boundary": dict.fromkeys(sides, "symmetric")},
+        "terrain": {"kind": "plane", "contact": "stick"}, "materials": {"sand": law},
+        "bodies": [{"name": "slice", "material": "sand",
+                    "shape": {"kind": "box", "min": [0.0, 0.0, 0.0],
+                              "max": [sand_slice.LENGTH, width, sand_slice.HEIGHT]}}]})
+
+
+def own_sand_rows(grids):
+    """Rows of snowmpm for the slice of sand; single precision, its default."""
+    wanted = [(choice, cells) for choice in OWN_SAND for cells in sand_slice.CELLS[:grids]]
+    for choice, cells in [*wanted, *([("as it chooses", FINEST)] if grids == len(sand_slice.CELLS) else [])]:
+        simulation, clock = Simulation(sand_scene(cells, OWN_SAND[choice])), free_bar.Clock()
+        while simulation.time < sand_slice.TIME - 1e-9:
+            clock.step(simulation.step)
+        x = np.asarray(simulation.particles["position"])[:, 0]
+        yield dict(zip(SAND_COLUMNS, ("snowmpm", choice, cells, len(x), len(clock.steps),
+                                      float(f"{clock.seconds:.4g}"), float(f"{x.mean():.5g}"),
+                                      float(f"{np.quantile(x, 0.99):.5g}")), strict=True))
+
+
+def peer_rows(script, given, grids):
+    """Rows that a peer's script prints, run by its own interpreter; none, with a word, when it does not start.
+
+    given: [PYTHON], [PYTHON, SOURCES] or [SOURCES], for sources that are compiled.
+    """
     one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    done = subprocess.run([interpreter, str(HERE / "peers" / PEERS[name]), str(grids)], capture_output=True, text=True,
-                          env={**os.environ, **one, "PYTHONPATH": ""}, check=False)
+    interpreter, *sources = [sys.executable, *given] if Path(given[0]).is_dir() else given
+    done = subprocess.run([interpreter, str(HERE / "peers" / script), str(grids), *sources], capture_output=True,
+                          text=True, env={**os.environ, **one, "PYTHONPATH": ""}, check=False)
     if done.returncode:
-        print(f"{name}: left out: {(done.stderr.strip().splitlines() or ['no word'])[-1]}", file=sys.stderr)
+        print(f"{script}: left out: {(done.stderr.strip().splitlines() or ['no word'])[-1]}", file=sys.stderr)
     return [json.loads(line[4:]) for line in done.stdout.splitlines() if line.startswith("ROW ")]
 
 
@@ -83,58 +139,78 @@ def least(rows):
     """One row of each choice and grid, with its least time."""
     best = {}
     for row in rows:
-        key = row["program"], row["choice"], row["dimension"], row["cells"]
+        key = row["program"], row["choice"], row.get("dimension"), row["cells"]
         if key not in best or row["seconds"] < best[key]["seconds"]:
             best[key] = row
     return list(best.values())
 
 
-def draw(rows, file, machine):
-    """Error against time, a line a choice."""
-    curves = []
-    for key, line in itertools.groupby(rows, key=lambda row: (row["program"], row["choice"], row["dimension"])):
-        program, choice, dim = key
+def curves(rows, error):
+    """A `Curve` of each choice of rows that follow each other."""
+    for (program, choice), line in itertools.groupby(rows, key=lambda row: (row["program"], row["choice"])):
         line = sorted(line, key=lambda row: int(row["cells"]))
-        curves.append(Curve(f"{program}, {choice}, {dim}-D", program, tuple(float(row["seconds"]) for row in line),
-                            tuple(float(row["error"]) for row in line)))
-    panel = Panel("free elastic bar after one period, 10, 20, 40 cells long", tuple(curves))
-    render_work_precision([panel], file, x_label=f"processor seconds of all steps, one thread{machine}",
-                          title="The same problem by other programs", columns=1, size=(8.0, 5.6), legend_columns=2)
+        yield Curve(f"{program}, {choice}", program, tuple(float(row["seconds"]) for row in line),
+                    tuple(error(row) for row in line))
+
+
+def draw(folder):
+    """The tables of a folder as a picture: error against time, a line a choice."""
+    rows, sand = ([*csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())]
+                  for name in ("peers.csv", "peers_sand.csv"))
+    middle = 0.5 * sand_slice.LENGTH
+    (finest,) = (float(row["middle"]) - middle for row in sand if int(row["cells"]) == FINEST)
+    panels = [Panel(f"elastic bar, {title}: velocity after a period", tuple(curves(
+        [row for row in rows if row["dimension"] == dim], lambda row: float(row["error"]))))
+        for dim, title in (("2", "plane strain"), ("3", "3-D"))]
+    panels.append(Panel("slice of sand, 3-D: mean way of the grains*", tuple(curves(
+        [row for row in sand if int(row["cells"]) != FINEST],
+        lambda row: abs(float(row["middle"]) - middle - finest) / finest))))
+    render_work_precision(panels, folder / "peers.png", x_label="processor seconds of all steps, one thread",
+                          title="The same problems by other programs", size=(13.5, 6.0), legend_columns=4,
+                          y_label=f"relative error (* from snowmpm on {FINEST} cells)", dpi=90)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=HERE / "figures", help="folder")
-    for name in PEERS:
-        parser.add_argument(f"--{name}", metavar="PYTHON", help=f"interpreter that has {name}")
+    for name in ("newton", "pysph"):
+        parser.add_argument(f"--{name}", nargs=1, metavar="PYTHON", help=f"interpreter that has {name}")
+    parser.add_argument("--geotaichi", nargs=2, metavar=("PYTHON", "SOURCES"), help="interpreter and checkout")
+    parser.add_argument("--matter", nargs=1, metavar="SOURCES", help="checkout, which is compiled")
+    parser.add_argument("--problems", nargs="+", choices=("bar", "sand"), default=["bar", "sand"])
     parser.add_argument("--grids", type=int, default=3, choices=(1, 2, 3))
     parser.add_argument("--repeat", type=int, default=1)
     parser.add_argument("--draw", action="store_true", help="only draw the table that is there")
     options = parser.parse_args()
     table = options.output / "peers.csv"
-    if options.draw:
-        with open(table, newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-    else:
+    if not options.draw:
         runtime.start("cpu", threads=1)
-        rows = measured(options)
-        with open(table, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, COLUMNS)
-            writer.writeheader()
-            writer.writerows(rows)
-    draw(rows, options.output / "peers.png", "")
+        if "bar" in options.problems:
+            write(measured(options, own_rows, PEERS), COLUMNS, table)
+        if "sand" in options.problems:
+            write(measured(options, own_sand_rows, SAND), SAND_COLUMNS, options.output / "peers_sand.csv")
+    draw(options.output)
+
+
+def write(rows, columns, table):
+    """Write a table, and print it."""
+    with open(table, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
     for row in rows:
-        print(" ".join(f"{row[name]!s:>18s}" for name in COLUMNS))
-    print(device_name("cpu", 1))
+        print(" ".join(f"{row[name]!s:>18s}" for name in columns))
+    print(device_name("cpu", 1), flush=True)
 
 
-def measured(options):
+def measured(options, own, scripts):
+    """Rows of a problem: of snowmpm by `own`, of each peer that is given by its script."""
     rows = []
     for _ in range(options.repeat):
-        rows += own_rows(options.grids)
-        for name in PEERS:
-            interpreter = getattr(options, name)
-            rows += peer_rows(name, interpreter, options.grids) if interpreter else []
+        rows += own(options.grids)
+        for name, script in scripts.items():
+            given = getattr(options, name)
+            rows += peer_rows(script, given, options.grids) if given else []
     return least(rows)
 
 

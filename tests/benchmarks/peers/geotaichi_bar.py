@@ -50,8 +50,8 @@ def solve(dim, cells, choice):
         MPMBase.Solver.save_file = lambda *_: None  # its writer fails where numbers of a plane are of two kinds
         MPMBase.Solver.core = lambda self, *given: clock.step(step, self, *given)
         mpm = geotaichi.MPM(log=False)
-        mpm.set_configuration(domain=ti.Vector(list(size + (2 * APART + 1e-9) * dx)), background_damping=0.0, mapping="USF",
-                              gravity=ti.Vector([0.0] * dim), shape_function="QuadBSpline", log=False,
+        mpm.set_configuration(domain=ti.Vector(list(size + (2 * APART + 1e-9) * dx)), background_damping=0.0,
+                              mapping="USF", gravity=ti.Vector([0.0] * dim), shape_function="QuadBSpline", log=False,
                               **CHOICES[choice])
         # One step is made while it compiles. Domain and region are larger than what they hold: it rounds down
         mpm.set_solver({"Timestep": PERIOD / steps, "SimulationTime": PERIOD * (1 - 1.5 / steps), "CFL": 1.0,
@@ -62,7 +62,8 @@ def solve(dim, cells, choice):
                                                           "YoungModulus": YOUNGS_MODULUS})
         mpm.add_element({"ElementType": "Q4N2D" if dim == 2 else "R8N3D", "ElementSize": ti.Vector([dx] * dim)})
         mpm.add_region({"Name": "bar", "Type": f"Rectangle{'2D' if dim == 2 else ''}",
-                        "BoundingBoxPoint": ti.Vector([APART * dx] * dim), "BoundingBoxSize": ti.Vector(list(size + 0.1 * dx))})
+                        "BoundingBoxPoint": ti.Vector([APART * dx] * dim),
+                        "BoundingBoxSize": ti.Vector(list(size + 0.1 * dx))})
         mpm.add_body({"Template": {"RegionName": "bar", "nParticlesPerCell": 2, "BodyID": 0, "MaterialID": 1,
                                    "ParticleStress": {"GravityField": False}, "InitialVelocity": ti.Vector([0.0] * dim),
                                    "FixVelocity": ["Free"] * dim}})
