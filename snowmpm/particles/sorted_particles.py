@@ -63,7 +63,7 @@ class SortedParticles(ParticleStore, Particles):
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), tuple(carried["columns"]),
-                        carried["mass_column"])
+                        carried["mass_column"]).fitting(len(order), precision)
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)

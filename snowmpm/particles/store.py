@@ -6,12 +6,15 @@ of slots, one slot more than there are tables: a sort moves the first table to t
 that became free, and so on, so that it needs room for one more table, not for all of them. Table t lies in slot
 (t + slot_offset) modulo the number of slots. Kernels see the offsets of `Layout` as constants.
 
+Taichi counts the entries of an array with 32 bits: 59.6 million particles in 3-D. A GPU has memory for more. Beyond
+that number two columns in single precision share an entry of 64 bits (`Layout.paired`), for twice as many particles.
+
 Positions are kept relative to the particle's owner block, in cells, so that float32 resolves 3e-7 of a cell however
 large the terrain is.
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,7 +51,8 @@ class Layout:
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
     internal variables; volume_ratio: J = det F; volume: reference volume [m3]; more: names of the columns of
     components, and their numbers; mass_column: of these, the one whose first number is a mass per reference volume
-    [kg/m3] that the particle has beside that of its material, "" without one.
+    [kg/m3] that the particle has beside that of its material, "" without one; paired: two columns share an entry of 64
+    bits, only in single precision and with a column per particle.
     """
 
     dim: int
@@ -56,6 +60,7 @@ class Layout:
     by_row: bool = True
     more: tuple[tuple[str, int], ...] = ()
     mass_column: str = ""
+    paired: bool = False
 
     @property
     def sym_size(self):
@@ -85,7 +90,8 @@ class Layout:
     @functools.cached_property
     def tables(self):
         """(number of tables, columns of each): the cut that takes least room with the spare table."""
-        cuts = [(n, -(-self.width // n)) for n in range(2, MOST_TABLES + 1)]
+        whole = 2 if self.paired else 1
+        cuts = [(n, -(-self.width // (n * whole)) * whole) for n in range(2, MOST_TABLES + 1)]
         return min(cuts, key=lambda cut: (cut[0] + 1) * cut[1])
 
     @property
@@ -93,7 +99,7 @@ class Layout:
         """Particles whose numbers Taichi can tell apart: it counts the entries of an array with 32 bits, and where they
         are more it reads and writes others without a word."""
         n_tables, width = self.tables
-        rows = LARGEST_INDEX // width
+        rows = LARGEST_INDEX // (width // 2 if self.paired else width)
         return (min(rows, self.row_mask + 1) if self.by_row else rows) // (n_tables + 1)
 
     @property
@@ -104,6 +110,24 @@ class Layout:
 
     def columns(self, name):
         return slice(self.offsets[name], self.offsets[name] + self.sizes[name])
+
+    def fitting(self, count, precision):
+        """This layout, or a paired one where so many particles cannot be told apart otherwise and it is possible."""
+        if count <= self.most_particles or self.by_row or precision != "f32":
+            return self
+        return replace(self, paired=True)
+
+
+@ti.func
+def joined(low, high):
+    """Entry of 64 bits that holds two numbers in single precision."""
+    return ti.cast(ti.bit_cast(low, ti.u32), ti.u64) | (ti.cast(ti.bit_cast(high, ti.u32), ti.u64) << 32)
+
+
+@ti.func
+def halves(entry):
+    """The two numbers of `joined`."""
+    return ti.Vector([ti.bit_cast(ti.cast(entry, ti.u32), ti.f32), ti.bit_cast(ti.cast(entry >> 32, ti.u32), ti.f32)])
 
 
 @functools.cache
@@ -148,12 +172,46 @@ def accessors(layout):
                         reals[row][c] = values[first + c]
 
     else:
+        entries = width // 2 if layout.paired else width
 
         @ti.func
         def places(reals: ti.template(), slot_offset):
-            capacity = reals.shape[0] // ti.static((n_tables + 1) * width)
-            return ti.Vector([(slot_offset + t) % ti.static(n_tables + 1) * capacity * width
+            capacity = reals.shape[0] // ti.static((n_tables + 1) * entries)
+            return ti.Vector([(slot_offset + t) % ti.static(n_tables + 1) * capacity * entries
                               for t in ti.static(range(n_tables + 1))])
+
+    if layout.paired:
+
+        def pairs(offset, n):
+            """(table, entry in it, first of n numbers that it holds, -1 where it holds one before) of n columns."""
+            first = offset // 2
+            return [(*divmod(entry, entries), 2 * entry - offset) for entry in range(first, (offset + n + 1) // 2)]
+
+        @ti.func
+        def load(reals: ti.template(), places, p, offset: ti.template(), n: ti.template()):
+            capacity = reals.shape[0] // ti.static((n_tables + 1) * entries)
+            values = ti.Vector.zero(ti.f32, n)
+            for t, c, first in ti.static(pairs(offset, n)):
+                both = halves(reals[places[t] + c * capacity + p])
+                for i in ti.static(range(2)):
+                    if ti.static(0 <= first + i < n):
+                        values[first + i] = both[i]
+            return values
+
+        @ti.func
+        def store(reals: ti.template(), places, p, offset: ti.template(), values):
+            capacity = reals.shape[0] // ti.static((n_tables + 1) * entries)
+            for t, c, first in ti.static(pairs(offset, values.n)):
+                at = places[t] + c * capacity + p
+                both = ti.Vector.zero(ti.f32, 2)
+                if ti.static(not 0 <= first < values.n - 1):  # the other half stays
+                    both = halves(reals[at])
+                for i in ti.static(range(2)):
+                    if ti.static(0 <= first + i < values.n):
+                        both[i] = values[first + i]
+                reals[at] = joined(both[0], both[1])
+
+    elif not layout.by_row:
 
         @ti.func
         def load(reals: ti.template(), places, p, offset: ti.template(), n: ti.template()):
@@ -180,20 +238,22 @@ def store_kernels(layout, real, serial):
     exact = ti.i32 if real == ti.f32 else ti.i64
 
     @taichi_kernel
-    def read(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):
+    def read(reals: ti.types.ndarray(), slot_offset: int, begin: int, rows: ti.types.ndarray()):
+        """Particles from `begin` on."""
         ti.loop_config(serialize=ti.static(serial))
         for p in range(rows.shape[0]):
-            values = access.load(reals, access.places(reals, slot_offset), p, 0, layout.width)
+            values = access.load(reals, access.places(reals, slot_offset), begin + p, 0, layout.width)
             for first in ti.static(range(0, layout.width, UNROLLED)):
                 for c in ti.static(range(first, min(first + UNROLLED, layout.width))):
                     rows[p, c] = values[c]
 
     @taichi_kernel
-    def write(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):
+    def write(reals: ti.types.ndarray(), slot_offset: int, begin: int, rows: ti.types.ndarray()):
+        """Particles from `begin` on."""
         ti.loop_config(serialize=ti.static(serial))
         for p in range(rows.shape[0]):
             values = ti.Vector([rows[p, c] for c in ti.static(range(layout.width))])
-            access.store(reals, access.places(reals, slot_offset), p, 0, values)
+            access.store(reals, access.places(reals, slot_offset), begin + p, 0, values)
 
     @taichi_kernel
     def move_labels(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
@@ -246,6 +306,8 @@ class ParticleStore:
         rows = (n_tables + 1) * max(1, capacity)
         if self.layout.by_row:
             self.reals = ti.ndarray(ti.types.vector(width, dtype), rows)
+        elif self.layout.paired:
+            self.reals = ti.ndarray(ti.u64, rows * width // 2)
         else:
             self.reals = ti.ndarray(dtype, rows * width)
         self.material = ti.ndarray(ti.u8, max(1, capacity))
@@ -269,9 +331,18 @@ class ParticleStore:
     def table(self):
         """Copy of the reals of the living particles, (count, width)."""
         rows = np.empty((self.count, self.layout.width), self.numpy_dtype)
-        if self.count:
-            self._kernels.read(self.reals, self.slot_offset, rows)
+        for begin in self._pieces():
+            self._kernels.read(self.reals, self.slot_offset, begin, rows[begin : begin + self._piece])
         return rows
+
+    @property
+    def _piece(self):
+        """Rows of a NumPy table whose entries can be told apart."""
+        return LARGEST_INDEX // self.layout.width
+
+    def _pieces(self):
+        """First particle of each piece."""
+        return range(0, self.count, self._piece)
 
     def labels(self):
         """Copy of (material, identity) of the living particles, (count, 2)."""
@@ -292,8 +363,9 @@ class ParticleStore:
     def overwrite(self, table):
         """Put back a changed copy of `table()`."""
         self.changes += 1
-        if self.count:
-            self._kernels.write(self.reals, self.slot_offset, np.ascontiguousarray(table, self.numpy_dtype))
+        table = np.ascontiguousarray(table, self.numpy_dtype)
+        for begin in self._pieces():
+            self._kernels.write(self.reals, self.slot_offset, begin, table[begin : begin + self._piece])
 
     def move(self, alive):
         """Bring every particle to the row that `target` names, `alive` of them; the others are gone."""

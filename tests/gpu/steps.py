@@ -1,17 +1,20 @@
 """A few steps of small scenes, by the kernels of a CPU, by those of a GPU on a CPU, or on a GPU.
 
-    python tests/gpu/steps.py packs|fine|cuda f32|f64 FILE.npz
+    python tests/gpu/steps.py packs|fine|paired|cuda|cuda_paired f32|f64 FILE.npz
 
-One way a process, since Taichi starts once. FILE gets positions [m], velocities [m/s] and loads (stress [Pa], depth [m]
-of columns) of every case, by particle number, and how many particles yielded.
+paired: with two numbers an entry, as of more particles than can be told apart otherwise (`particles.store`). One way a
+process, since Taichi starts once. FILE gets positions [m], velocities [m/s] and loads (stress [Pa], depth [m] of
+columns) of every case, by particle number, and how many particles yielded.
 """
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 
 import snowmpm
 from snowmpm.compiler import runtime
+from snowmpm.particles.store import Layout
 
 AT_ONCE = {"initial.stress": "geostatic"}
 CASES = {
@@ -43,7 +46,9 @@ def state_after(scene, changes, steps, precision):
 
 def main():
     way, precision, path = sys.argv[1:]
-    runtime.start("cuda" if way == "cuda" else "cpu", threads=1, fine_grained=way == "fine")
+    runtime.start("cuda" if way.startswith("cuda") else "cpu", threads=1, fine_grained=way != "packs")
+    if way.endswith("paired"):
+        Layout.fitting = lambda self, *_: replace(self, paired=True)
     found = {}
     for name, (scene, changes, steps) in CASES.items():
         found |= {f"{name}/{key}": values for key, values in state_after(scene, changes, steps, precision).items()}

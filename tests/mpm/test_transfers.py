@@ -5,12 +5,14 @@ import itertools
 import numpy as np
 import pytest
 
-from snowmpm.compiler import parallel, runtime
+from snowmpm.compiler import parallel, runtime, ti
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles import store as particle_store
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.population import Population
-from snowmpm.particles.store import Layout, ParticleStore
+from snowmpm.particles.store import Layout, ParticleStore, accessors
 from snowmpm.schemes import BASES
 from snowmpm.study.problems.schemes import lattice
 from tests.support.mpm_block import ICE, SNOW
@@ -94,11 +96,11 @@ def test_the_same_bits_for_any_division_of_packs(monkeypatch):
     assert solver.particles.sorts >= 1
 
 
-@pytest.mark.parametrize("by_row", [True, False])
-@pytest.mark.parametrize("precision", ["f32", "f64"])
-def test_a_store_moves_every_number_and_label(by_row, precision):
+@pytest.mark.parametrize(("by_row", "precision", "paired"), [
+    (True, "f32", False), (True, "f64", False), (False, "f32", False), (False, "f64", False), (False, "f32", True)])
+def test_a_store_moves_every_number_and_label(by_row, precision, paired):
     rng = np.random.default_rng(19)
-    store = ParticleStore(Layout(3, 1, by_row), 1000, precision)
+    store = ParticleStore(Layout(3, 1, by_row, paired=paired), 1000, precision)
     table = rng.normal(size=(1000, store.layout.width)).astype(store.numpy_dtype)
     labels = np.stack([rng.integers(0, 256, 1000), rng.integers(0, 2**31 - 1, 1000)], axis=1)
     store.replace(table, labels)
@@ -119,3 +121,48 @@ def test_a_store_moves_every_number_and_label(by_row, precision):
         np.testing.assert_array_equal(store.labels(), labels)
     arrays = store.reals, store.material, store.identity, store.target
     assert sum(array.to_numpy().nbytes for array in arrays) == 1000 * store.bytes_per_particle
+
+
+@pytest.mark.parametrize("by_row", [True, False])
+def test_a_table_longer_than_an_index_is_written_in_pieces(by_row, monkeypatch):
+    store = ParticleStore(Layout(3, 1, by_row), 100, "f32")
+    monkeypatch.setattr(particle_store, "LARGEST_INDEX", 7 * store.layout.width + 3)
+    table = np.random.default_rng(5).normal(size=(100, store.layout.width)).astype(np.float32)
+    store.replace(table, np.zeros((100, 2), int))
+    np.testing.assert_array_equal(store.table(), table)
+
+
+def test_numbers_share_entries_where_they_cannot_be_told_apart_otherwise():
+    single = Layout(3, 1, by_row=False)
+    most = single.most_particles
+    assert single.fitting(most, "f32") is single and single.fitting(most + 1, "f64") is single
+    paired = single.fitting(most + 1, "f32")
+    assert paired.paired and paired.most_particles > 1.99 * most and paired.tables[1] % 2 == 0
+    by_row = Layout(3, 1)
+    assert by_row.fitting(2 * most, "f32") is by_row
+
+
+@pytest.mark.parametrize(("offset", "n"), [(0, 3), (3, 3), (4, 2), (5, 1), (6, 9), (11, 12)])
+def test_parts_of_a_paired_row(offset, n):
+    """Whatever columns are stored, those beside them stay, in tables that part in the middle of them."""
+    layout = Layout(3, 1, by_row=False, paired=True)
+    access, store = accessors(layout), ParticleStore(layout, 20, "f32")
+    rng = np.random.default_rng(offset)
+    table = rng.normal(size=(20, layout.width)).astype(np.float32)
+    store.replace(table, np.zeros((20, 2), int))
+    new, seen = (rng.normal(size=(20, n)).astype(np.float32) for _ in range(2))
+
+    @taichi_kernel
+    def exchange(reals: ti.types.ndarray(), slot_offset: int, new: ti.types.ndarray(), seen: ti.types.ndarray()):
+        for p in range(20):
+            places = access.places(reals, slot_offset)
+            values = access.load(reals, places, p, offset, n)
+            access.store(reals, places, p, offset, ti.Vector([new[p, c] for c in ti.static(range(n))]))
+            for c in ti.static(range(n)):
+                seen[p, c] = values[c]
+
+    with runtime.precision("f32"):
+        exchange(store.reals, store.slot_offset, new, seen)
+    np.testing.assert_array_equal(seen, table[:, offset : offset + n])
+    table[:, offset : offset + n] = new
+    np.testing.assert_array_equal(store.table(), table)
