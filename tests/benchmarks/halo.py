@@ -1,6 +1,7 @@
 """What one MPM run over several machines would send: library scenes cut into parts, and their borders counted.
 
     python tests/benchmarks/halo.py [NAME ...] [-o FILE]
+    python tests/benchmarks/halo.py --cards          # several cards in one machine, from the table that is there
 
 A scene is computed to the times given in CASES. Then its blocks of cells are cut in plan, by recursive bisection of the
 longer side, into 2, 4, 8 and 16 parts of equal work. A node block belongs to every part whose particles reach it (the
@@ -13,6 +14,9 @@ sends, 64 nodes a block; neighbours: parts that it sends to, at most; a_step: se
 of_part: that of the heaviest part on a machine of 16 threads at 70 %; ethernet, infiniband: what a part waits for in a
 step by 1.2 GB/s and 50 us a message, by 12 GB/s and 2 us, over of_part: its messages one after the other, and three
 rounds for the length of the step; moved: particles that change their part at the next sort, over all.
+
+`--cards`: the slab at rest with more particles, cut into as many parts as there are cards. What is sent grows with the
+surface of a part, N^(2/3); a card takes CARD_NS a particle and step, the sort included, as one H200 did.
 """
 
 import argparse
@@ -40,6 +44,13 @@ THREADS, EFFICIENCY = 16, 0.7
 NETWORKS = {"ethernet": (1.2e9, 50e-6), "infiniband": (12e9, 2e-6)}
 """Bytes a second, seconds a message."""
 ROUNDS = 3
+
+CARD_NS = 1.95 + 0.7
+"""Of a particle and step on one card of 10^7 particles [ns]."""
+LINKS = {"nvlink": (450e9, 3e-6), "pcie": (50e9, 5e-6), "infiniband": (50e9, 3e-6)}
+"""Between cards: bytes a second one way, seconds a message; InfiniBand of 400 Gb/s, between machines."""
+SIZES = 1e6, 1e7, 1e8, 1e9
+CARDS = TABLE.with_name("halo_cards.csv")
 
 
 def cut(coordinates, work, parts):
@@ -132,21 +143,41 @@ def row(reached, load, node_bytes, seconds):
     return found
 
 
+def rows_of_cards():
+    """Rows of the slab on several cards: particles, cards, seconds of a step without waiting, and what waiting adds."""
+    with open(TABLE, newline="", encoding="utf-8") as file:
+        slab = {int(row["parts"]): row for row in csv.DictReader(file) if row["scene"] == "slab_release_resolved"}
+    for particles in SIZES:
+        for cards, row in slab.items():
+            larger = (particles / float(row["particles"])) ** (2.0 / 3.0)
+            share = 1e-9 * CARD_NS * particles / cards
+            found = {"particles": particles, "cards": cards, "sent": float(row["sent"]) * larger, "step": share}
+            for name, (rate, latency) in LINKS.items():
+                found[name] = (found["sent"] / rate + (int(row["neighbours"]) + ROUNDS) * latency) / share
+            yield found
+
+
+def write(rows, path):
+    """Write rows as a table, and print them."""
+    rows = [{key: f"{value:.3g}" if isinstance(value, float) else value for key, value in row.items()} for row in rows]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    print(*rows, sep="\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", default=list(CASES))
-    parser.add_argument("-o", "--output", type=Path, default=TABLE)
+    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("--cards", action="store_true")
     options = parser.parse_args()
+    if options.cards:
+        write(rows_of_cards(), options.output or CARDS)
+        return
     runtime.start("cpu", threads=1)
-    rows = []
-    for name in options.names:
-        for one in rows_of(name, *CASES[name]):
-            rows.append({key: f"{value:.3g}" if isinstance(value, float) else value for key, value in one.items()})
-            print(rows[-1], flush=True)
-    with open(options.output, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    write([row for name in options.names for row in rows_of(name, *CASES[name])], options.output or TABLE)
 
 
 if __name__ == "__main__":
