@@ -101,8 +101,9 @@ def shell(line, folder):
 SHELL = [guide for guide in GUIDES if blocks(guide, "sh") and guide.name not in {*ELSEWHERE, "plugins.md"}]
 
 NOT_HERE = re.compile(r"/path/|HOST|seen\.shp|--install-completion|^pip |^dask |SNOWMPM_COMPILER"
-                      r"|event:|events score|calibrate fit\.toml|line\.shp")
-"""Places for the reader's own, what changes the machine, a compiler that is an extra, and files from a network."""
+                      r"|event:|events score|calibrate fit\.toml|line\.shp|pit\.xml|pits/|pit_profile|^qgis_process")
+"""Places and files for the reader's own, what changes the machine, other programs, files from a network. Commands on
+profiles have tests of their own in tests/pit, QGIS in tests/integrations."""
 
 GIVEN = {
     "runs/avalanche_on_raster": "avalanche_on_raster --set solver.dx=3",
@@ -128,7 +129,7 @@ def shorter(line, folder):
         if words[0] not in ("snowmpm", "cp"):
             parts.append(part)  # as it stands: it may write to a file
             continue
-        if words[:2] == ["snowmpm", "run"]:
+        if words[:2] == ["snowmpm", "run"] and "--question" not in words:  # a question is answered by a whole run
             words[2] = str(ROOT / words[2]) if words[2].startswith("docs/") else words[2]
             scene = load_scene(words[2]) if words[2] in library() or words[2].startswith(str(ROOT)) else None
             interval = min(scene.output.interval, scene.end_time / 4) if scene else 0.05

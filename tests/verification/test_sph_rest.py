@@ -146,10 +146,12 @@ def release(changes=None):
 @pytest.mark.slow
 @pytest.mark.parametrize("spacing", [0.1, 0.05])
 def test_a_slab_on_a_weak_layer_settles(spacing, monkeypatch):
-    """Layers of unlike density, on a slope that does not lie along the lattice, come to rest."""
+    """Layers of unlike density, on a slope that does not lie along the lattice, come to rest. The run then begins when
+    the saw does."""
     monkeypatch.setattr(settling, "MOST_STEPS", 3000)
-    solver = Simulation(release({"solver.dx": spacing})).solver
-    assert solver.time == 0.0 and solver.particles.removed["count"] == 0
+    scene = release({"solver.dx": spacing})
+    solver = Simulation(scene).solver
+    assert solver.time == scene.events[0].start == 1.0 and solver.particles.removed["count"] == 0
 
 
 @pytest.mark.slow
