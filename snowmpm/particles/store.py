@@ -6,8 +6,9 @@ of slots, one slot more than there are tables: a sort moves the first table to t
 that became free, and so on, so that it needs room for one more table, not for all of them. Table t lies in slot
 (t + slot_offset) modulo the number of slots. Kernels see the offsets of `Layout` as constants.
 
-Taichi counts the entries of an array with 32 bits: 59.6 million particles in 3-D. A GPU has memory for more. Beyond
-that number two columns in single precision share an entry of 64 bits (`Layout.paired`), for twice as many particles.
+Taichi counts the entries of an array with 32 bits: 45 to 60 million particles in 3-D, by the numbers that each has. A
+GPU has memory for more. Beyond that two columns in single precision share an entry of 64 bits (`Layout.paired`), for
+twice as many particles; their number when a run begins decides.
 
 Positions are kept relative to the particle's owner block, in cells, so that float32 resolves 3e-7 of a cell however
 large the terrain is.

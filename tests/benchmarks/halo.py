@@ -16,7 +16,9 @@ step by 1.2 GB/s and 50 us a message, by 12 GB/s and 2 us, over of_part: its mes
 rounds for the length of the step; moved: particles that change their part at the next sort, over all.
 
 `--cards`: the slab at rest with more particles, cut into as many parts as there are cards. What is sent grows with the
-surface of a part, N^(2/3); a card takes CARD_NS a particle and step, the sort included, as one H200 did.
+surface of a part, N^(2/3). Columns: particles; cards; sent: bytes a step by the card that sends most; kernels: seconds
+that the heaviest part takes; sort: that one CPU takes for all, a step; nvlink, pcie, infiniband: what a step waits,
+over kernels; faster: than on one card, by NVLink; most: the same if the sort were shared out.
 """
 
 import argparse
@@ -45,11 +47,13 @@ NETWORKS = {"ethernet": (1.2e9, 50e-6), "infiniband": (12e9, 2e-6)}
 """Bytes a second, seconds a message."""
 ROUNDS = 3
 
-CARD_NS = 1.95 + 0.7
-"""Of a particle and step on one card of 10^7 particles [ns]."""
+CARD_NS, SORT_NS = 1.95, 0.7
+"""Of a particle and step on one H200 [ns], with 10^7 of them (docs/speed.md): its kernels, and the sort, most of which
+is tables that the CPU makes."""
 LINKS = {"nvlink": (450e9, 3e-6), "pcie": (50e9, 5e-6), "infiniband": (50e9, 3e-6)}
 """Between cards: bytes a second one way, seconds a message; InfiniBand of 400 Gb/s, between machines."""
-SIZES = 1e6, 1e7, 1e8, 1e9
+SIZES = (1e7, (2, 4)), (1e8, (2, 4, 8))
+"""Particles, and numbers of cards: between 2.5 million a card, where CARD_NS was measured, and what a card holds."""
 CARDS = TABLE.with_name("halo_cards.csv")
 
 
@@ -144,40 +148,53 @@ def row(reached, load, node_bytes, seconds):
 
 
 def rows_of_cards():
-    """Rows of the slab on several cards: particles, cards, seconds of a step without waiting, and what waiting adds."""
+    """Rows of the slab on several cards."""
     with open(TABLE, newline="", encoding="utf-8") as file:
         slab = {int(row["parts"]): row for row in csv.DictReader(file) if row["scene"] == "slab_release_resolved"}
-    for particles in SIZES:
-        for cards, row in slab.items():
-            larger = (particles / float(row["particles"])) ** (2.0 / 3.0)
-            share = 1e-9 * CARD_NS * particles / cards
-            found = {"particles": particles, "cards": cards, "sent": float(row["sent"]) * larger, "step": share}
-            for name, (rate, latency) in LINKS.items():
-                found[name] = (found["sent"] / rate + (int(row["neighbours"]) + ROUNDS) * latency) / share
-            yield found
+    for particles, numbers in SIZES:
+        for cards in numbers:
+            row = slab[cards]
+            sent = float(row["sent"]) * (particles / float(row["particles"])) ** (2.0 / 3.0)
+            kernels = 1e-9 * CARD_NS * particles * float(row["heaviest"]) / cards
+            sort = 1e-9 * SORT_NS * particles
+            waits = {name: sent / rate + (int(row["neighbours"]) + ROUNDS) * latency
+                     for name, (rate, latency) in LINKS.items()}
+            alone = 1e-9 * CARD_NS * particles + sort
+            yield {"particles": particles, "cards": cards, "sent": sent, "kernels": kernels, "sort": sort,
+                   **{name: wait / kernels for name, wait in waits.items()},
+                   "faster": alone / (kernels + sort + waits["nvlink"]),
+                   "most": alone / (kernels + sort / cards + waits["nvlink"])}
 
 
 def write(rows, path):
-    """Write rows as a table, and print them."""
-    rows = [{key: f"{value:.3g}" if isinstance(value, float) else value for key, value in row.items()} for row in rows]
+    """Print rows as they come, and write them as a table."""
+    shown = []
+    for row in rows:
+        shown.append({key: f"{value:.3g}" if isinstance(value, float) else value for key, value in row.items()})
+        print(shown[-1], flush=True)
     with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer = csv.DictWriter(file, shown[0], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(rows)
-    print(*rows, sep="\n")
+        writer.writerows(shown)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="*", default=list(CASES))
-    parser.add_argument("-o", "--output", type=Path)
-    parser.add_argument("--cards", action="store_true")
+    parser.add_argument("names", nargs="*", help=f"scenes, of {', '.join(CASES)}; all when missing")
+    parser.add_argument("-o", "--output", type=Path, help="table; in tests/benchmarks/figures when missing")
+    parser.add_argument("--cards", action="store_true", help="several cards, from the table that is there")
     options = parser.parse_args()
+    if unknown := set(options.names) - set(CASES):
+        parser.error(f"{', '.join(sorted(unknown))}: not one of {', '.join(CASES)}")
+    if options.cards and options.names:
+        parser.error("--cards takes no scenes")
+    output = options.output or (CARDS if options.cards else TABLE)
+    output.parent.mkdir(parents=True, exist_ok=True)
     if options.cards:
-        write(rows_of_cards(), options.output or CARDS)
+        write(rows_of_cards(), output)
         return
     runtime.start("cpu", threads=1)
-    write([row for name in options.names for row in rows_of(name, *CASES[name])], options.output or TABLE)
+    write((row for name in options.names or CASES for row in rows_of(name, *CASES[name])), output)
 
 
 if __name__ == "__main__":

@@ -16,12 +16,12 @@ given, in an environment or a checkout of its own:
     python tests/benchmarks/peers.py --newton newton/bin/python --pysph pysph/bin/python \
         --geotaichi geo/bin/python GeoTaichi --matter matter
 
-A peer that is not given, or does not start, is left out; `--draw` draws the tables that are there. Times are processor
-seconds of the steps on one thread, without set-up and compilation, the least over `--repeat` runs.
+A peer that is not given, or fails, is left out; `--draw` draws the tables that are there. Times are processor seconds
+of the steps on one thread, without set-up and compilation, the least over `--repeat` runs: the median step times their
+number, or all steps of matter, which compiles nothing meanwhile. Each program in the precision that is its default.
 
 What the programs are for differs: Newton takes long implicit steps in 3-D and damps by them, which stiff granular
-scenes want and a wave does not; PySPH's scheme for solids damps by artificial viscosity. Each runs as its examples do,
-in the precision that is its default.
+scenes want and a wave does not; PySPH's scheme for solids damps by artificial viscosity.
 """
 
 import argparse
@@ -122,9 +122,9 @@ def own_sand_rows(grids):
 
 
 def peer_rows(script, given, grids):
-    """Rows that a peer's script prints, run by its own interpreter; none, with a word, when it does not start.
+    """Rows that a peer's script prints, run by its own interpreter; none, with a word, when it fails.
 
-    given: [PYTHON], [PYTHON, SOURCES] or [SOURCES], for sources that are compiled.
+    given: [PYTHON], [PYTHON, SOURCES] or [SOURCES], a folder of sources that are compiled.
     """
     one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     interpreter, *sources = [sys.executable, *given] if Path(given[0]).is_dir() else given
@@ -132,6 +132,7 @@ def peer_rows(script, given, grids):
                           text=True, env={**os.environ, **one, "PYTHONPATH": ""}, check=False)
     if done.returncode:
         print(f"{script}: left out: {(done.stderr.strip().splitlines() or ['no word'])[-1]}", file=sys.stderr)
+        return []
     return [json.loads(line[4:]) for line in done.stdout.splitlines() if line.startswith("ROW ")]
 
 
@@ -154,20 +155,22 @@ def curves(rows, error):
 
 
 def draw(folder):
-    """The tables of a folder as a picture: error against time, a line a choice."""
-    rows, sand = ([*csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())]
-                  for name in ("peers.csv", "peers_sand.csv"))
-    middle = 0.5 * sand_slice.LENGTH
-    (finest,) = (float(row["middle"]) - middle for row in sand if int(row["cells"]) == FINEST)
-    panels = [Panel(f"elastic bar, {title}: velocity after a period", tuple(curves(
-        [row for row in rows if row["dimension"] == dim], lambda row: float(row["error"]))))
-        for dim, title in (("2", "plane strain"), ("3", "3-D"))]
-    panels.append(Panel("slice of sand, 3-D: mean way of the grains*", tuple(curves(
-        [row for row in sand if int(row["cells"]) != FINEST],
-        lambda row: abs(float(row["middle"]) - middle - finest) / finest))))
-    render_work_precision(panels, folder / "peers.png", x_label="processor seconds of all steps, one thread",
-                          title="The same problems by other programs", size=(13.5, 6.0), legend_columns=4,
-                          y_label=f"relative error (* from snowmpm on {FINEST} cells)", dpi=90)
+    """The tables that a folder has, as a picture: error against time, a line a choice."""
+    panels, middle = [], 0.5 * sand_slice.LENGTH
+    rows, sand = (list(csv.DictReader(path.read_text(encoding="utf-8").splitlines())) if path.exists() else []
+                  for path in (folder / "peers.csv", folder / "peers_sand.csv"))
+    for dim, title in (("2", "plane strain"), ("3", "3-D")):
+        drawn = tuple(curves([row for row in rows if row["dimension"] == dim], lambda row: float(row["error"])))
+        panels += [Panel(f"elastic bar, {title}: velocity after a period", drawn)] if drawn else []
+    for finest in [float(row["middle"]) - middle for row in sand if int(row["cells"]) == FINEST]:
+        drawn = tuple(curves([row for row in sand if int(row["cells"]) != FINEST],
+                             lambda row, way=finest: abs(float(row["middle"]) - middle - way) / way))
+        panels.append(Panel("slice of sand, 3-D: mean displacement*", drawn))
+    if panels:
+        render_work_precision(panels, folder / "peers.png", x_label="processor seconds of all steps, one thread",
+                              title="The same problems by other programs", columns=len(panels),
+                              size=(4.5 * len(panels), 6.0), legend_columns=4, dpi=90,
+                              y_label=f"relative error (* from snowmpm on {FINEST} cells)")
 
 
 def main():
@@ -182,11 +185,15 @@ def main():
     parser.add_argument("--repeat", type=int, default=1)
     parser.add_argument("--draw", action="store_true", help="only draw the table that is there")
     options = parser.parse_args()
-    table = options.output / "peers.csv"
+    for name in PEERS:
+        for path in getattr(options, name) or []:
+            if not Path(path).exists():
+                parser.error(f"--{name}: {path}: no such file or folder")
+    options.output.mkdir(parents=True, exist_ok=True)
     if not options.draw:
         runtime.start("cpu", threads=1)
         if "bar" in options.problems:
-            write(measured(options, own_rows, PEERS), COLUMNS, table)
+            write(measured(options, own_rows, PEERS), COLUMNS, options.output / "peers.csv")
         if "sand" in options.problems:
             write(measured(options, own_sand_rows, SAND), SAND_COLUMNS, options.output / "peers_sand.csv")
     draw(options.output)

@@ -7,10 +7,11 @@ Taichi is given a driver that has memory and runs no kernel (`no_card/cuda_drive
 launch, and the driver keeps the text (PTX). ptxas, which is part of a card's driver too, makes machine code of it for
 `--arch`. Cases: the solvers of `gpu.py` and the scenes of `tests/gpu/steps.py`, in single precision.
 
-A row is a loop of a kernel that runs on more than one thread. `warps`: how many of 64 fit on a multiprocessor by their
-registers. Counts are of the text: what is in a loop of a thread counts once. `pointers` are addresses of arrays, loaded
-anew for each access; `loaded` and `stored` are bytes of numbers. `generic`: machine code for the same text with atomics
-whose kind of memory is known (`reductions` in place of atomics): what Taichi leaves to the card to find out.
+A row is a loop of a kernel that runs on more than one thread; `loop` numbers the parts that Taichi makes of a kernel,
+serial ones included. `warps`: how many of 64 fit on a multiprocessor by their registers. Counts are of the text (PTX):
+what is in a loop of a thread counts once. `pointers` are addresses of arrays, loaded anew for each access; `loaded` and
+`stored` are bytes of numbers. `machine`: instructions that ptxas makes of it. `reductions`: the same for a text whose
+atomics say that memory is the card's, and give nothing back.
 
 Nothing is timed, and no kernel is known to be right by this: see tests/gpu.
 """
@@ -20,6 +21,7 @@ import csv
 import importlib.util
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -27,6 +29,8 @@ import tempfile
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import numpy as np
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -53,6 +57,7 @@ def compile_case(case, folder):
     from snowmpm.compiler import probe, runtime
 
     probe.probe = lambda *_: None  # it runs kernels and reads what they found
+    np.empty, np.empty_like = np.zeros, np.zeros_like  # what a kernel would have filled is read
     runtime.start("cuda", threads=1)
     if case in SOLVERS:
         import gpu
@@ -70,12 +75,20 @@ def compile_case(case, folder):
 
 def driver(folder):
     """Path of a folder with the driver, compiled. Raises SystemExit without a C compiler."""
-    compiler = shutil.which(os.environ.get("CC", "cc"))
-    if not compiler:
-        raise SystemExit("a C compiler is needed: cc, or the one that CC names")
-    subprocess.run([compiler, "-shared", "-fPIC", "-w", "-o", str(Path(folder) / "libcuda.so"),
-                    str(HERE / "no_card" / "cuda_driver.c")], check=True)
+    compiler = shlex.split(os.environ.get("CC", "cc"))
+    if not shutil.which(compiler[0]):
+        raise SystemExit(f"{compiler[0]}: no such program; a C compiler is needed: cc, or the one that CC names")
+    tried([*compiler, "-shared", "-fPIC", "-w", "-o", str(Path(folder) / "libcuda.so"),
+           str(HERE / "no_card" / "cuda_driver.c")])
     return Path(folder)
+
+
+def tried(command):
+    """Run a command; -> what it ended with. Raises SystemExit with its last words where it fails."""
+    ended = subprocess.run(command, capture_output=True, text=True)
+    if ended.returncode:
+        raise SystemExit(f"{Path(command[0]).name}: {ended.stderr.strip()[-2000:]}")
+    return ended
 
 
 def tool(name):
@@ -105,7 +118,7 @@ def counted(body, functions):
     called = [name for name in functions if name in body]
     text = "\n".join([body, *(functions[name] for name in called)])
     found = Counter(op for op in INSTRUCTION.findall(text) if not op.startswith("."))
-    pointers = len(re.findall(r"^\s+ld\.global\.u64", text, re.M))
+    pointers = len(re.findall(r"^\s+ld(?:\.global)?\.u64", text, re.M))
 
     def number(start, *ends):
         return sum(count for op, count in found.items() if re.match(start, op) and (not ends or op.endswith(ends)))
@@ -135,19 +148,15 @@ def assembled(ptx, arch, folder):
     """{kernel: registers, stack, spilled bytes} by ptxas, and {kernel: machine instructions} by nvdisasm."""
     source, code = folder / "one.ptx", folder / "one.cubin"
     source.write_text(ptx, encoding="ascii")
-    said = subprocess.run([tool("ptxas"), "-v", f"-arch={arch}", str(source), "-o", str(code)], check=True,
-                          capture_output=True, text=True).stderr
+    said = tried([tool("ptxas"), "-v", f"-arch={arch}", str(source), "-o", str(code)]).stderr
     found = {}
     for name, rest in re.findall(r"Compiling entry function '(\w+)'(.*?)(?=Compiling entry|\Z)", said, re.S):
         stack, *spilled = map(int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill.*?(\d+)", rest).groups())
         found[name] = {"registers": int(re.search(r"Used (\d+) registers", rest)[1]), "stack": stack,
                        "spilled": sum(spilled)}
-    machine = {}
-    if tool("nvdisasm"):
-        listing = subprocess.run([tool("nvdisasm"), str(code)], check=True, capture_output=True, text=True).stdout
-        for part in re.split(r"^//-+ \.text\.", listing, flags=re.M)[1:]:
-            machine[re.match(r"[\w$]+", part)[0]] = len(re.findall(r"^\s+/\*[0-9a-f]{4,}\*/", part, re.M))
-    return found, machine
+    parts = re.split(r"^//-+ \.text\.", tried([tool("nvdisasm"), str(code)]).stdout, flags=re.M)[1:]
+    return found, {re.match(r"[\w$]+", part)[0]: len(re.findall(r"^\s+/\*[0-9a-f]{4,}\*/", part, re.M))
+                   for part in parts}
 
 
 def resident(registers, threads):
@@ -158,7 +167,7 @@ def resident(registers, threads):
 
 
 def rows_of(case, libraries, arch, keep):
-    """Rows of a case, by the order in which its kernels were first compiled."""
+    """Rows of a case, by kernel and loop."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(keep) / re.sub(r"\W+", "_", case) if keep else Path(folder) / "texts"
         texts, threads = texts_of(case, libraries, place)
@@ -176,7 +185,7 @@ def rows_of(case, libraries, arch, keep):
                 kernel, loop, _ = TASK.match(name).groups()
                 rows.append({"case": case, "kernel": kernel, "loop": int(loop), "threads": threads[name], **found[name],
                              "warps": resident(found[name]["registers"], threads[name]),
-                             "machine": machine.get(name, ""), "reductions": reduced.get(name, ""),
+                             "machine": machine[name], "reductions": reduced[name],
                              **counted(body, functions)})
     return sorted(rows, key=lambda row: (row["kernel"], row["loop"]))
 
@@ -194,8 +203,9 @@ def main():
     if options.compile:
         compile_case(*options.compile)
         return
-    if not tool("ptxas"):
-        parser.error("ptxas is needed: pip install nvidia-cuda-nvcc")
+    if missing := [name for name in ("ptxas", "nvdisasm") if not tool(name)]:
+        parser.error(f"{', '.join(missing)}: not found; pip install nvidia-cuda-nvcc nvidia-cuda-nvdisasm")
+    options.output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
         libraries = driver(folder)
         found = pool.map(lambda case: rows_of(case, libraries, options.arch, options.keep), options.case)

@@ -40,8 +40,11 @@ def state_after(scene, changes, steps, precision):
         simulation.step()
     fields = simulation.particles
     order, load = np.argsort(fields["id"]), fields["depth"] if simulation.scene.solver.in_plan else fields.kirchhoff()
+    layout = getattr(simulation.solver.particles, "layout", None)
+    layout = getattr(simulation.solver.particles, "layout", None)
     return {"position": fields["position"][order], "velocity": fields["velocity"][order], "load": load[order],
-            "plastic": np.array([getattr(simulation.solver, "n_plastic", 0)])}
+            "plastic": np.array([getattr(simulation.solver, "n_plastic", 0)]),
+            "paired": np.array([getattr(layout, "paired", False)])}
 
 
 def main():

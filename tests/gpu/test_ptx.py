@@ -33,6 +33,7 @@ ONE_THREAD = """
 \t.param .b64 help$_1_param_0
 )
 {
+\tld.u64 \t%rd8, [%rd9];
 \tmul.f64 \t%fd1, %fd1, %fd1;
 \tatom.cas.b64 \t%rd4, [%rd5], %rd6, %rd7;
 }
@@ -46,7 +47,7 @@ def test_counts_of_a_kernel():
     assert list(functions) == ["help$_1"]
     found = ptx.counted(body, functions)
     assert {key: found[key] for key in ("flops", "double", "atomics", "exchanges", "pointers", "loaded", "stored")} == {
-        "flops": 2, "double": 1, "atomics": 1, "exchanges": 1, "pointers": 1, "loaded": 4, "stored": 8}
+        "flops": 2, "double": 1, "atomics": 1, "exchanges": 1, "pointers": 2, "loaded": 4, "stored": 8}
 
 
 def test_sums_to_memory_that_is_known():

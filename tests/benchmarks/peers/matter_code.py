@@ -5,6 +5,7 @@ Its steps are half a cell of a wave long, its default, in double precision, its 
 
 import os
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -12,13 +13,26 @@ import numpy as np
 
 CHOICES = {"0.95 AFLIP": -0.95, "APIC": -1e-9}
 """`flip_ratio`: its default mixture of AFLIP and APIC, and APIC."""
-INCLUDES = ("/usr/include/eigen3", "/usr/local/include/eigen3", "/opt/homebrew/include/eigen3")
+
+
+def eigen():
+    """The compiler's word for the headers of Eigen 3: the folder that EIGEN names, or what pkg-config says.
+
+    Raises SystemExit without.
+    """
+    if folder := os.environ.get("EIGEN"):
+        return [f"-I{folder}"]
+    if shutil.which("pkg-config"):
+        said = subprocess.run(["pkg-config", "--cflags", "eigen3"], capture_output=True, text=True)
+        if not said.returncode:
+            return said.stdout.split()
+    raise SystemExit("Eigen 3 not found: set EIGEN to its folder of headers")
 
 
 def compiled(sources, folder, dim, degree=2):
     """Path of the program in `dim` dimensions, for splines of a degree; sources: a checkout of matter.
 
-    The compiler is `c++` or that of CXX; Eigen 3 lies where systems put it, or where EIGEN says.
+    The compiler is `c++` or that of CXX.
     """
     place = Path(folder) / f"src{dim}{degree}"
     subprocess.run(["cp", "-r", str(Path(sources) / "src"), str(place)], check=True)
@@ -26,10 +40,9 @@ def compiled(sources, folder, dim, degree=2):
     tools.write_text(re.sub(r"#define SPLINEDEG \d", f"#define SPLINEDEG {degree}", tools.read_text()))
     files = [file for file in sorted((place / "simulation").glob("*.cpp")) if file.name != "save_data.cpp"]
     program = Path(folder) / f"run{dim}{degree}"
-    eigen = os.environ.get("EIGEN", next((path for path in INCLUDES if Path(path).is_dir()), ""))
     subprocess.run([os.environ.get("CXX", "c++"), "-std=c++17", "-O3", "-DNDEBUG", "-fopenmp", "-w",
                     *(["-DTHREEDIM"] if dim == 3 else []), f'-DSRC_DIR="{place}"', f'-DINCLUDE_DIR="{place}"',
-                    f"-I{place}", f"-I{eigen}", str(Path(__file__).with_name("matter_run.cpp")), *map(str, files),
+                    f"-I{place}", *eigen(), str(Path(__file__).with_name("matter_run.cpp")), *map(str, files),
                     "-o", str(program)], check=True)
     return program
 
