@@ -1,6 +1,7 @@
 """Every public name says what it is, and the guides say what is true."""
 
 import ast
+import functools
 import re
 import shlex
 import shutil
@@ -21,7 +22,9 @@ def public(node):
     return [item for item in node.body if isinstance(item, ast.FunctionDef | ast.ClassDef) and item.name[0] != "_"]
 
 
+@functools.cache
 def parsed():
+    """Trees of all sources by path, which nothing changes: to parse them takes seconds."""
     return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
@@ -46,7 +49,7 @@ def exported():
     names = set()
     for path in SOURCES:
         if path.name == "__init__.py":
-            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            for node in parsed()[path].body:
                 if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__":
                     names |= {item.value for item in node.value.elts if isinstance(item, ast.Constant)}
     return names
