@@ -101,7 +101,8 @@ def shell(line, folder):
 SHELL = [guide for guide in GUIDES if blocks(guide, "sh") and guide.name not in {*ELSEWHERE, "plugins.md"}]
 
 NOT_HERE = re.compile(r"/path/|HOST|seen\.shp|--install-completion|^pip |^dask |SNOWMPM_COMPILER"
-                      r"|event:|events score|calibrate fit\.toml|line\.shp|pit\.xml|pits/|pit_profile|^snowmpm release runs/|^qgis_process")
+                      r"|event:|events score|calibrate fit\.toml|line\.shp|pit\.xml|pits/|pit_profile|^qgis_process"
+                      r"|^snowmpm release runs/")
 """Places and files for the reader's own, what changes the machine, other programs, files from a network. Commands on
 profiles have tests of their own in tests/pit, QGIS in tests/integrations."""
 
