@@ -42,6 +42,8 @@ def names():
 def named_in(text, component):
     """Names and strings of a module's code that are the name of a component, or a path that begins with it."""
     found = []
+    if component not in text:  # most files, of which each would be read for each component
+        return found
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         words = token.string.strip("\"'")
         whole = token.type in (tokenize.NAME, tokenize.STRING) and words == component
