@@ -34,7 +34,8 @@ MISSED = {
     ("plane", "a 10, 37 deg", "mpm", "height of the middle"): "11.5 % too low",
     ("plane", "a 10, 33 deg", "mpm", "height of the middle"): "16.8 % too low",
     ("round", "a 4, 33 deg", "mpm", "run-out"): "10.1 % too far"}
-"""Rows beyond their gate by a little, since the usual step became longer and the table was made anew."""
+"""Rows that are beyond their gate by a little since the table was made anew. Grains collide: any change of the program
+moves them. No other cause was looked for."""
 APART = 0.08
 """By how much the largest forces of the two methods may differ."""
 
