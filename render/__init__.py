@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # they take time to import, and a command needs few of them
     from snowmpm.render.line_plot import render_line
     from snowmpm.render.map_film import render_map_film
     from snowmpm.render.pair import render_pair
+    from snowmpm.render.panel_plot import render_panels
     from snowmpm.render.peak_map import render_before_after, render_map
     from snowmpm.render.report import render_report
     from snowmpm.render.run_film import render_run
@@ -42,6 +43,7 @@ _HOMES = {
     "render_map_film": "map_film",
     "render_pair": "pair",
     "render_map": "peak_map",
+    "render_panels": "panel_plot",
     "render_report": "report",
     "render_run": "run_film",
     "ComparedSawTest": "saw_test_compare",
@@ -66,8 +68,8 @@ PLOTS: "dict[str, Callable[[Run, Path], Path]]"
 __all__ = ["PLOTS", "ComparedRun", "ComparedSawTest", "Comparison", "ElementCurves", "SlipPicture", "StrengthCurve",
            "notes_of", "render_before_after", "render_comparison", "render_compression", "render_element",
            "render_history", "render_line", "render_map", "render_map_film", "render_page", "render_pair",
-           "render_report", "render_run", "render_saw_test", "render_saw_tests", "render_stills", "render_strength",
-           "render_strip", "render_thalweg", "render_thalweg_time"]
+           "render_panels", "render_report", "render_run", "render_saw_test", "render_saw_tests", "render_stills",
+           "render_strength", "render_strip", "render_thalweg", "render_thalweg_time"]
 
 
 def __getattr__(name: str) -> Any:

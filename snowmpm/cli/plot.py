@@ -28,6 +28,9 @@ ThalwegTime = Annotated[
 ]
 
 
+Panels = Annotated[bool, typer.Option("--panels", help="Pressure over the face of obstacles with panels instead;"
+                                                       " RUN/panels.png and .csv.")]
+
 Line = Annotated[
     str | None, typer.Option(metavar="X,Y,Z:X,Y,Z", help="A field along the line between two places of a run in 3-D"
                                                          " instead, in the scene's coordinates; RUN/line.png and .csv.")
@@ -38,11 +41,12 @@ Field = Annotated[
                              autocompletion=completion.fields)
 ]
 
-Time = Annotated[float | None, typer.Option(metavar="T", help="Of --line, in seconds; the last frame by default.")]
+Time = Annotated[float | None, typer.Option(metavar="T", help="In seconds: of --line, by default the last frame; of"
+                                                      " --panels, by default that of the greatest force.")]
 
 
 def plot(run: RunPath, output: Output = None, compression: Compression = False, thalweg_time: ThalwegTime = False,
-         line: Line = None, color: Field = None, time: Time = None):
+         panels: Panels = False, line: Line = None, color: Field = None, time: Time = None):
     """Plot the history of a run: front, speed, energies, time step, loads on obstacles.
 
     For a propagation saw test, a second plot (with -o the only one) shows the crack in space and time, its speed and
@@ -52,14 +56,22 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False, 
     from snowmpm.io import Run
 
     opened = Run(run)
-    if line is None and (color is not None or time is not None):
-        raise InputError("--color and --time go with --line")
+    if line is None and color is not None:
+        raise InputError("--color goes with --line")
+    if line is None and not panels and time is not None:
+        raise InputError("--time goes with --line and --panels")
     overwriting.guard(*([output] if output else []))
     with stage("drawing"):
         if thalweg_time:
             from snowmpm.render import render_thalweg_time
 
             written = [render_thalweg_time(opened, output or opened.path.with_name("thalweg_time.png"))]
+        elif panels:
+            from snowmpm.render import render_panels
+
+            target = output or opened.path.with_name("panels.png")
+            overwriting.guard(target, target.with_suffix(".csv"))
+            written = render_panels(opened, target, time=time)
         elif line is not None:
             from snowmpm.render import render_line
 

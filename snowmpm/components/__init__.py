@@ -26,6 +26,7 @@ NAMES = {
     "nonlocal_averaging": (),
     "pore_water": (),
     "precice": ("structures",),
+    "pressure_panels": (),
     "rigid_bodies": (),
     "seepage": (),
     "structures": (),

@@ -12,6 +12,7 @@ import numpy as np
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.obstacles import GROUP as OBSTACLES
 from snowmpm.io.obstacles import LOADS, POSES
+from snowmpm.io.series import check_series
 from snowmpm.io.skins import SKIN, check_skins
 from snowmpm.io.surroundings import GROUP as SURROUNDINGS
 from snowmpm.reading import budget as read_budget
@@ -135,6 +136,7 @@ def _check_tables(h5, path):
     places = {(data.shape, *(float(data.attrs[name]) for name in ("x0", "y0", "cell"))) for data in h5["maps"].values()}
     if len(places) > 1:
         raise InputError(f"{path}: its maps have different cells: they are not of this program")
+    check_series(h5, path)
     frames = int(h5["VTKHDF/Steps"].attrs["NSteps"])
     for group in h5.get(OBSTACLES, {}).values():
         if set(group) - {SKIN} != {"vertices", "facets", *LOADS, *POSES}:

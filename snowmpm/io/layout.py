@@ -17,6 +17,8 @@ A run file is a VTKHDF temporal PolyData (version 2.0) plus groups that VTK igno
     surroundings/<block>/      terrain, obstacle_NAME: temporal PolyData in map coordinates (`snowmpm.io.surroundings`)
     saw_test/                  if it is one; attribute `about`, JSON
         time, saw, tip ...     (rows,), finer than the steps; settlement, slip ... (rows, bins); x, arrival ... (bins,)
+    series/<kind>/<name>/      if a component records something: time (rows,), its columns (rows, ...); attribute
+                               `about`, JSON (`snowmpm.io.series`)
     maps/<name>                (rows, columns) float32 rasters in plan; attributes x0, y0, cell, units
     provenance/record          JSON
     hazard/record              JSON: run-out, affected area, profile along the thalweg; of 3-D runs

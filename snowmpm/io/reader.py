@@ -24,6 +24,7 @@ from snowmpm.io.records import LONGEST, SUMMARY, Record, read_record
 from snowmpm.io.rows import units_of
 from snowmpm.io.saw_test import SawTest, read_saw_test
 from snowmpm.io.scenario import scenario_of
+from snowmpm.io.series import Series, read_series
 from snowmpm.io.status import status_of
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
@@ -105,7 +106,7 @@ class Run(Glance):
 
     def refresh(self) -> None:
         """Reread the file for new frames and history rows."""
-        for name in ("terrain", "obstacles", "saw_test", "maps", "_rasters", "provenance", "scene", "hazard",
+        for name in ("terrain", "obstacles", "saw_test", "series", "maps", "_rasters", "provenance", "scene", "hazard",
                      "summary"):
             self.__dict__.pop(name, None)
         self._checked = False
@@ -222,6 +223,7 @@ class Run(Glance):
         summary     content of summary.json;  saw_test  results of a saw test beside theory
         hazard      numbers of hazard mapping with their units;  thalweg  profile, indexed by the distance along it
         loads       on obstacles, indexed by obstacle and time
+        panels      peak and impulse of pressure panels, indexed by obstacle, row and column
 
         `.attrs["units"]` has the units by column, `.attrs["not_final"]` the reasons why numbers are not final. Raises
         InputError for another name, a run without it, or when pandas is missing.
@@ -289,6 +291,11 @@ class Run(Glance):
     @cached_property
     def saw_test(self) -> SawTest | None:
         return self._read(lambda h5: read_saw_test(h5, self.path))
+
+    @cached_property
+    def series(self) -> dict[str, dict[str, Series]]:
+        """What components recorded finer than the frames, by kind and name."""
+        return self._read(lambda h5: read_series(h5, self.path))
 
     @cached_property
     def maps(self) -> dict[str, Map]:

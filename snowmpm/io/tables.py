@@ -3,6 +3,7 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.io.panels import HEAD, panel_rows
 from snowmpm.io.saw_theories import further_theories
 from snowmpm.io.status import cautions
 from snowmpm.quantities.saw import BEFORE
@@ -93,8 +94,15 @@ def loads(run, pandas):
     return found
 
 
+def panels(run, pandas):
+    """A row a panel of the obstacles with panels: place, peak and impulse."""
+    found = pandas.DataFrame(panel_rows(run), columns=list(HEAD)).set_index(list(HEAD[:3]))
+    found.attrs["units"] = {name: name.rpartition("_")[2] for name in HEAD[3:]} | {"impulse_Pa_s": "Pa s"}
+    return found
+
+
 TABLES = {"history": history, "summary": summary, "hazard": hazard, "thalweg": thalweg, "saw_test": saw_test,
-          "loads": loads}
+          "loads": loads, "panels": panels}
 """Functions (run, pandas) -> DataFrame by name."""
 
 

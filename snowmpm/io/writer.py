@@ -22,6 +22,7 @@ from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, k
 from snowmpm.io.records import HAZARD, PROVENANCE, Record, read_record
 from snowmpm.io.rows import as_field, as_rows
 from snowmpm.io.saw_test import append_saw_test, create_saw_test, keep_saw_test
+from snowmpm.io.series import append_series, keep_series
 from snowmpm.io.surroundings import GROUP as SURROUNDINGS
 from snowmpm.io.surroundings import (
     append_surroundings,
@@ -142,7 +143,7 @@ class RunWriter:
             with self._transaction():
                 pass
 
-    def frame(self, time, points, fields, poses=None, loads=None, saw_test=None):
+    def frame(self, time, points, fields, poses=None, loads=None, saw_test=None, series=None):
         """Append the state at `time` [s].
 
         points  (n, 3) [m] relative to `origin`, or (n, 2) as (x, z), taken as float32; stored in map coordinates, as
@@ -153,13 +154,14 @@ class RunWriter:
                 `origin`
         loads   on obstacles since the last frame, {name: {"time" (k,), "force" (k, dim), ...}} (`io.obstacles`)
         saw_test  its rows since the last frame, and its bins (`io.saw_test`)
+        series  what components recorded since the last frame (`io.series.append_series`)
         Raises ValueError for a wrong shape or another set of names.
         """
         points = as_rows(points).astype(np.float32, copy=False)
         fields = {name: as_field(name, values, len(points)) for name, values in fields.items()}
         if self._version > 1:
             points = points + self._origin
-        self._frames.append((float(time), points, fields, poses or {}, loads or {}, saw_test))
+        self._frames.append((float(time), points, fields, poses or {}, loads or {}, saw_test, series or {}))
         self._waiting += points.nbytes + sum(values.nbytes for values in fields.values())
         if clock.monotonic() - self._last_commit >= self._patience or self._waiting > WAITING_BYTES:
             try:
@@ -172,9 +174,10 @@ class RunWriter:
         if not self._frames:
             return
         append_steps(h5["VTKHDF"], [frame[:3] for frame in self._frames], self._units)
-        for _, _, _, poses, loads, saw_test in self._frames:
+        for _, _, _, poses, loads, saw_test, series in self._frames:
             append_poses(h5, poses)
             append_loads(h5, loads)
+            append_series(h5, series)
             append_surroundings(h5, self._origin)
             if saw_test:
                 append_saw_test(h5, *saw_test)
@@ -299,6 +302,7 @@ def _drop_after(h5, until):
     keep_obstacles(h5, last, len(times))
     keep_surroundings(h5, len(times))
     keep_saw_test(h5, last)
+    keep_series(h5, last)
     rows = int(np.searchsorted(h5["history/time"][:], limit, side="right"))
     for data in h5["history"].values():
         data.resize(rows, axis=0)

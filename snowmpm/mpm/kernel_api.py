@@ -1,6 +1,7 @@
 """What components use of explicit MPM: its nodes and weights, and the points where kernels contain their functions."""
 
 from snowmpm.mpm.contact.field_pairs import FieldPairs
+from snowmpm.mpm.contact.surface import Plane
 from snowmpm.mpm.contact.walls import FREE
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import MASS, SECOND, SPARE, block_nodes, node_size, node_vector
@@ -8,8 +9,8 @@ from snowmpm.mpm.node_copy import copy_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 
-__all__ = ["FREE", "MASS", "SECOND", "SPARE", "STENCILS", "TILE", "FieldPairs", "Inlined", "block_nodes", "copy_kernel",
-           "interpolation", "node_size", "node_vector"]
+__all__ = ["FREE", "MASS", "SECOND", "SPARE", "STENCILS", "TILE", "FieldPairs", "Inlined", "Plane", "block_nodes",
+           "copy_kernel", "interpolation", "node_size", "node_vector"]
 
 
 class Inlined:

@@ -177,13 +177,14 @@ class Recorder:
         names = written_fields(simulation.scene)
         poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}
         crack = copy.deepcopy(simulation.crack.take()) if simulation.crack else None
+        series = simulation.solver.adapters.take_series()
 
         def write():
             values = {name: particles[name] for name in names}
             if "stress" in values and simulation.scene.dimension == 2:
                 values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
             self._writer.history(time, row, units)
-            self._writer.frame(time, particles["position"] - self._origin, values, poses, loads, crack)
+            self._writer.frame(time, particles["position"] - self._origin, values, poses, loads, crack, series)
 
         self.background.do(write)
         self.frames += 1

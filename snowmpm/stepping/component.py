@@ -150,6 +150,12 @@ class Adapter:
         """Their units."""
         return {}
 
+    def take_series(self) -> Mapping[str, Mapping[str, tuple[Mapping[str, Any], Mapping[str, tuple[Any, str]]]]]:
+        """What it recorded since the last call, finer than the frames: by kind and name, what the record is about
+        (anything JSON can hold, always the same) and {column: (values (k, ...), unit)}, with a column "time". The run
+        file keeps them (`snowmpm.io.series`)."""
+        return {}
+
     def state(self) -> dict[str, Any]:
         """All that a bitwise continuation needs, by name."""
         return {}
@@ -241,6 +247,10 @@ class Adapters:
     def bytes(self) -> int:
         """Of the arrays of all."""
         return sum(one.bytes for one in self._all)
+
+    def take_series(self) -> dict[str, Mapping[str, Any]]:
+        """What all recorded since the last call, by kind."""
+        return {kind: records for one in self._all for kind, records in one.take_series().items()}
 
     def __iter__(self) -> Iterator[Adapter]:
         return iter(self._all)

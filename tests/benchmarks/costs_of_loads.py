@@ -70,6 +70,24 @@ def cells():
             yield f"{method} f_bar", dim, "f32", "particle", max(0.0, more / solver.particles.count)
 
 
+def panels():
+    """ns that a node beside an obstacle with panels adds to a step, and all of them together: of blocks beside a wall
+    with panels and without them."""
+    for dim in (2, 3):
+        found = []
+        for side in SIDES["mpm", dim]:
+            wall = {"name": "wall", "shape": {"kind": "box", "min": [float(side), *[-1.0] * (dim - 1)],
+                                              "max": [side + 3.0] + [side + 1.0] * (dim - 1)}}
+            plain = {**_block("mpm", dim, side), "obstacles": [wall]}
+            face = {"size": 2.0, "direction": [1.0] + [0.0] * (dim - 1), "interval": 10.0}
+            solver, more = _more_by(plain, {"obstacles": [{**wall, "panels": face}]})
+            found.append((solver.adapters["pressure_panels"].work()["node"], more))
+        (few, short), (many, long) = found
+        node = max(0.0, (long - short) / (many - few))
+        yield "mpm pressure_panels", dim, "f32", "node", node
+        yield "mpm pressure_panels", dim, "f32", "step", max(0.0, short - node * few)
+
+
 def frameworks():
     """ns of a step that an element of a framework takes, beside its contact with snow as an obstacle that moves, each
     of its substeps, and each unknown where it goes to rest in every step: of fences with few elements and with many,

@@ -1,0 +1,1 @@
+"""Pressure of the snow over the face of an obstacle, panel by panel and in time."""
