@@ -76,18 +76,22 @@ def test_low_columns(method, spacing, a, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("angle", [33.0, 37.0])
 @pytest.mark.parametrize("a", [0.5, 1.0, 2.0, 4.0, 8.0])
-def test_plane_columns_by_default_choices(a, tmp_path):
-    """The library's scene on its own grid, 20 cells to the half-width, with nothing changed but the column."""
-    changes = {"bodies.0.shape.max": [0.2, 0.2 * a], "end_time": round(min(0.4 + 1.2 * a**0.5, 2.0), 1)}
+def test_plane_columns_by_default_choices(a, angle, tmp_path):
+    """The library's scene on its own grid, 20 cells to the half-width, with nothing changed but column and angle."""
+    changes = {"bodies.0.shape.max": [0.2, 0.2 * a], "end_time": round(min(0.4 + 1.2 * a**0.5, 2.0), 1),
+               "materials.sand.friction_angle": angle}
     agree(default("column_collapse_2d", changes, tmp_path))
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("angle", [33.0, 37.0])
 @pytest.mark.parametrize("a", [0.5, 1.0, 2.0, 3.0])
-def test_round_columns_by_default_choices(a, tmp_path):
+def test_round_columns_by_default_choices(a, angle, tmp_path):
     """The same of the round column, 12 cells to the radius; the domain grows with the heap."""
-    changes = {"bodies.0.shape.height": 0.2 * a, "end_time": 0.8 if a <= 1.0 else 1.2}
+    changes = {"bodies.0.shape.height": 0.2 * a, "end_time": 0.8 if a <= 1.0 else 1.2,
+               "materials.sand.friction_angle": angle}
     if a > 1.0:
         changes |= {"domain.min": [-1.0, -1.0, -1.0 / 15.0], "domain.max": [1.0, 1.0, 0.8]}
     agree(default("column_collapse_3d", changes, tmp_path), height=0.15)

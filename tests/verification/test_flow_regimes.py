@@ -79,14 +79,9 @@ def test_cracks_and_granules(runs):
     large = {regime: pieces(run, 14.0) for regime, run in runs.items()}
     assert len(large[IV]) == 1 and cracks(runs[IV], 14.0) == 0.0
     assert large[III][0] < 0.5 * 40.0 and cracks(runs[III], 14.0) > 0.1
+    # The mean, not the largest one: that of II has come out at 8.2 and at 10.0 m2 beside 8.1 of III
     sizes = {regime: (area @ np.sqrt(area)) / area.sum() for regime, area in large.items()}
     assert sizes[I] < sizes[II] < sizes[III] < sizes[IV]
-
-
-@pytest.mark.xfail(strict=True, reason="8.16 m2 of II, 8.08 of III; 9.96 and 8.12 two days before: on average the"
-                   " pieces of II are smaller, 1.94 and 2.48 m")
-def test_the_largest_piece_of_granules_is_smaller_than_that_of_the_slab(runs):
-    assert pieces(runs[II], 14.0)[0] < pieces(runs[III], 14.0)[0]
 
 
 def test_what_shears_and_what_slides(runs):

@@ -36,6 +36,18 @@ def test_oedometer_of_sand(method, tmp_path):
     assert found.facts()["K0"].startswith("0.51")
 
 
+SOURCE = {"solver.sph.kernel": "cubic", "solver.sph.smoothing": 1.4142, "solver.sph.viscosity": 1.0,
+          "solver.sph.quadratic_viscosity": 0.1, "solver.sph.disorder_damping": 0.0, "solver.sph.volumes": "constant"}
+"""SPH as Peng et al. (2015) have it: cubic spline of h = sqrt(2) spacings, alpha 1, beta 0.1, constant volumes."""
+
+
+@pytest.mark.slow
+def test_oedometer_of_sand_by_the_sums_of_the_source(tmp_path):
+    error = errors(answer(tmp_path, "oedometer", "sph", 0.05, **SOURCE))
+    assert abs(error["axial stress"]) < 0.02
+    assert abs(error["lateral over axial stress"]) < 0.02
+
+
 @pytest.mark.parametrize("method", BOTH)
 def test_oedometer_of_snow(method, tmp_path):
     """M17: set A to a strain of 2 %, from no stress; sigma to 2 %, the lateral one to 3 %."""

@@ -110,6 +110,18 @@ def test_slope_of_hypoplastic_soil(changes, tmp_path):
 
 
 @pytest.mark.slow
+def test_the_slide_of_hypoplastic_soil_is_the_shallower_one(tmp_path):
+    """As Peng et al. (2015), section 5.3, say of their slope, by MPM; both cones have one angle and one apex."""
+    cone = {**SOIL, "friction_angle": SAND["friction_angle"], "cohesion": SAND["cohesion"]}
+    slid = []
+    for name, law in (("hypoplastic", SAND), ("cone", cone)):
+        reduction = reduce_strength(slope(law, **{"solver.dx": 0.4}), tmp_path / name, step=STEP)
+        slid.append(ways_of(reduction.run_of(reduction.found.trial)).slid.mean())
+    print(*slid)
+    assert slid[0] < slid[1]
+
+
+@pytest.mark.slow
 def test_slope_of_coulomb_material(tmp_path):
     within_a_step(slope({**{k: v for k, v in SOIL.items() if k != "cone"}, "kind": "mohr_coulomb"}, **MPM), tmp_path)
 
