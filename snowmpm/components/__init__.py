@@ -17,6 +17,7 @@ from snowmpm.registry import COMPONENTS, resolved
 NAMES = {
     "body_contact": (),
     "entrainment": (),
+    "erodible_snow": (),
     "f_bar": (),
     "face_loads": (),
     "flow_water": (),

@@ -31,6 +31,8 @@ class Particles(ABC):
     that did not leave the domain but were taken out; carried: the mass [kg] that went with them in a column of its own
     (`store.Layout.mass_column`); entrained, of methods that entrain: mass [kg] that came in, whose energy is
     subtracted; laid, of methods with deposition: mass [kg] that was laid down and is ground now"""
+    still_column: str = ""
+    """column whose first number is above 0 for snow that is no part of the flow, "" without one"""
     waiting: int = 0
     """of them, the last rows, those that may not move yet"""
     repeats: NDArray[np.bool_]

@@ -60,6 +60,7 @@ class ParticleFields:
         self.sizes = particles.sizes
         self._constants = particles.constants
         self._body_starts, self._bodies = np.asarray(body_starts), particles.bodies
+        self._still = particles.still_column
 
     def __repr__(self) -> str:
         return f"ParticleFields({len(self.snapshot.labels)} particles: {', '.join(sorted(field_units()))})"
@@ -110,6 +111,12 @@ class ParticleFields:
     def reference_density(self) -> Floats:
         """Mass per reference volume [kg/m3], water included, (n,)."""
         return self.materials.density[self["material"]] + self.water()[:, 0]
+
+    def flowing(self) -> NDArray[np.bool_]:
+        """Which particles (n,) are part of the flow: all but those that lie as they were laid."""
+        if not self._still:
+            return np.ones(len(self.snapshot.labels), bool)
+        return self.column(self._still)[:, 0] <= 0.0
 
     def state(self) -> Floats:
         """State of the law of each particle (n, largest number of state variables)."""

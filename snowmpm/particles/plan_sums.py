@@ -45,7 +45,10 @@ def plan_sums_kernel(layout, real):
                 ahead = ti.cast(edge * rows.coordinates[b, 1], ti.f64) + x[1] - plan.low_y
                 i = ti.floor(right / plan.width, ti.i32) - plan.first_i
                 j = ti.floor(ahead / plan.width, ti.i32) - plan.first_j
-                if 0 <= i < sums.shape[0] and 0 <= j < sums.shape[1]:
+                flows = 1
+                if ti.static(layout.still_at >= 0):
+                    flows = ti.cast(access.load(rows.reals, places, p, layout.still_at, 1)[0] <= 0.0, ti.i32)
+                if flows == 1 and 0 <= i < sums.shape[0] and 0 <= j < sums.shape[1]:
                     volume = access.load(rows.reals, places, p, at["volume"], 1)[0]
                     mass = volume * materials[material[p], DENSITY]
                     if ti.static(layout.mass_at >= 0):

@@ -50,9 +50,10 @@ class SortedParticles(ParticleStore, Particles):
 
     def __init__(self, population, laws, frame, gravity, sorting, period=None, carried=None):
         """frame: `Frame`; sorting: `Sorting`; period: `BlockMap`'s; carried: columns of components, (name, numbers),
-        zero where the population has none of that name, and mass_column, as `Layout` takes them."""
+        zero where the population has none of that name, mass_column and still_column, as `Layout` takes them."""
         self.dim, self.dx, self.origin = frame.dim, frame.dx, frame.origin
-        dx, precision, carried = frame.dx, frame.precision, carried or {"columns": (), "mass_column": ""}
+        carried = carried or {"columns": (), "mass_column": "", "still_column": ""}
+        dx, precision = frame.dx, frame.precision
         self.materials = MaterialTable(laws, precision)
         self._drift_limit, self._second_moment, self._keep_block_of = sorting
         self._period = np.zeros(self.dim, np.int64) if period is None else period
@@ -63,7 +64,7 @@ class SortedParticles(ParticleStore, Particles):
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), tuple(carried["columns"]),
-                        carried["mass_column"]).fitting(len(order), precision)
+                        carried["mass_column"], carried["still_column"]).fitting(len(order), precision)
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)
@@ -260,6 +261,11 @@ class SortedParticles(ParticleStore, Particles):
         self.mass -= float(mass.sum())
 
     # ---- reading ------------------------------------------------------------------------------------------------
+
+    @property
+    def still_column(self):
+        """Column of the snow that is no part of the flow (`Layout.still_column`)."""
+        return self.layout.still_column
 
     @property
     def sizes(self):

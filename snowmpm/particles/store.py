@@ -52,8 +52,9 @@ class Layout:
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
     internal variables; volume_ratio: J = det F; volume: reference volume [m3]; more: names of the columns of
     components, and their numbers; mass_column: of these, the one whose first number is a mass per reference volume
-    [kg/m3] that the particle has beside that of its material, "" without one; paired: two columns share an entry of 64
-    bits, only in single precision and with a column per particle.
+    [kg/m3] that the particle has beside that of its material, "" without one; still_column: of these, the one whose
+    first number is above 0 for snow that is no part of the flow, "" without one; paired: two columns share an entry of
+    64 bits, only in single precision and with a column per particle.
     """
 
     dim: int
@@ -61,6 +62,7 @@ class Layout:
     by_row: bool = True
     more: tuple[tuple[str, int], ...] = ()
     mass_column: str = ""
+    still_column: str = ""
     paired: bool = False
 
     @property
@@ -83,6 +85,11 @@ class Layout:
     def mass_at(self):
         """Offset of the mass of `mass_column`, -1 without one."""
         return self.offsets.get(self.mass_column, -1)
+
+    @property
+    def still_at(self):
+        """Offset of the mark of `still_column`, -1 without one."""
+        return self.offsets.get(self.still_column, -1)
 
     @property
     def width(self):

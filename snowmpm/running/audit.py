@@ -116,12 +116,12 @@ class Audit:
         repeats = solver.particles.repeats
         self._direction = None if direction is None or repeats[:-1].any() else np.asarray(direction, float)
         self._falling = np.where(repeats, 0.0, solver.gravity)  # axes with a potential
-        x, mass = fields["position"], fields["mass"]
-        self._reference = (mass[:, None] * x).sum(axis=0) / max(mass.sum(), 1e-300)
+        x, mass, flows = fields["position"], fields["mass"], fields.flowing()
+        self._reference = (mass[flows, None] * x[flows]).sum(axis=0) / max(mass[flows].sum(), 1e-300)
         self._start = start_positions
         self._start_momentum = _sums(mass, fields["velocity"])
         self._start_energy = sum(self.energies(fields).values())
-        self.motion = Motion.of(mass, fields["velocity"])
+        self.motion = Motion.of(mass[flows], fields["velocity"][flows])
         """Motion at the last row, or at the start (`snowmpm.quantities.motion.Motion`)."""
 
     def state(self):
@@ -183,9 +183,10 @@ class Audit:
         frame, totals = solver.frame, self._totals
         mass, v, x = fields["mass"], fields["velocity"], fields["position"]
         momentum = _sums(mass, v)
+        flows = fields.flowing()
         names = ["momentum_x", "momentum_z"] if frame.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
         energies = self._energies(fields, mass, v, x)
-        row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)),
+        row = {"mass": float(mass[flows].sum()), **dict(zip(names, momentum.tolist(), strict=True)),
                **self._angular_momentum(fields, mass, x, v), **energies}
         row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
         row["force_work"] = float(sum(one.force_work() for one in solver.adapters))
@@ -208,12 +209,13 @@ class Audit:
         turned = sum(abs(energy) for energy in (*(row[name] for name in TURNED), *given.values()))
         row["momentum_residual"] = self._momentum_residual(momentum, totals, np.sqrt(2.0 * row["mass"] * turned))
         row["max_speed"] = float(np.sqrt(_squares(v).max(initial=0.0)))
-        self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
+        self.motion = Motion.of(mass[flows], v[flows], self.motion.peak_momentum, laid)
         row.update(self.motion.row())
         if self._direction is not None:
-            row["front"], row["front_distance"] = self._front(x, mass, fields["id"])
+            row["front"], row["front_distance"] = self._front(x[flows], mass[flows], fields["id"][flows])
         row["removed_particles"], row["removed_mass"] = removed["count"], removed["mass"]
-        row["taken_mass"], row["entrained_mass"], row["laid_mass"] = removed["taken"], entrained, laid
+        row["taken_mass"], row["laid_mass"] = removed["taken"], laid
+        row["entrained_mass"] = entrained + sum(one.entrained() for one in solver.adapters)
         row["unconverged"] = solver.unconverged
         row["plastic_fraction"] = totals.yielding / max(1, len(mass))
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))

@@ -231,8 +231,10 @@ class Recorder:
 
         end = self._end_state()
         removed = self._simulation.solver.particles.removed
-        mass = float(self._simulation.particles["mass"].sum()) + removed.get("laid", 0.0)
+        particles = self._simulation.particles
+        mass = float(particles["mass"][particles.flowing()].sum()) + removed.get("laid", 0.0)
         gone, entrained = removed["mass"], removed.get("entrained", 0.0)
+        entrained += sum(one.entrained() for one in self._simulation.solver.adapters)
         whole = {"release_mass": mass + gone - entrained, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
         return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, whole,
@@ -242,7 +244,8 @@ class Recorder:
         """Input of `snowmpm.io.status` for the current state, which may be later than the last frame."""
         simulation = self._simulation
         particles, gone = simulation.particles, simulation.solver.particles.removed
-        now = Motion.of(particles["mass"], particles["velocity"], simulation.motion.peak_momentum,
+        flows = particles.flowing()
+        now = Motion.of(particles["mass"][flows], particles["velocity"][flows], simulation.motion.peak_momentum,
                         gone.get("laid", 0.0))
         left = gone["mass"] - gone["taken"]
         return {"time": simulation.time, "moving_share": now.moving_share, "momentum_share": now.momentum_share,

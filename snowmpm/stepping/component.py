@@ -25,6 +25,8 @@ class Adapter:
     mass_column = ""
     """of these columns, the one whose first number is a mass per reference volume [kg/m3] that particles have beside
     that of their material"""
+    still_column = ""
+    """of these columns, the one whose first number is above 0 for snow that is no part of the flow (yet)"""
     wave_speed = 0.0
     """of waves through it and the snow together, where they are faster than those of the laws [m/s]"""
     moves_ground = False
@@ -138,6 +140,10 @@ class Adapter:
         """What stands in for -m g.x of the snow where gravity changes [J]; None: nothing does."""
         return None
 
+    def entrained(self) -> float:
+        """Mass that lay still and has become part of the flow since time zero [kg] (`still_column`)."""
+        return 0.0
+
     def impulses(self) -> list[Floats]:
         """Impulses (dim,) [N s] that it gave, each for itself, since they may cancel."""
         return []
@@ -219,10 +225,11 @@ class Adapters:
 
     @property
     def of_particles(self) -> dict[str, Any]:
-        """columns (name, numbers) of all, and mass_column, as `particles.sorted_particles.SortedParticles` takes
-        them."""
+        """columns (name, numbers) of all, mass_column and still_column, as
+        `particles.sorted_particles.SortedParticles` takes them."""
         return {"columns": tuple(column for one in self._all for column in one.columns.items()),
-                "mass_column": next((one.mass_column for one in self._all if one.mass_column), "")}
+                "mass_column": next((one.mass_column for one in self._all if one.mass_column), ""),
+                "still_column": next((one.still_column for one in self._all if one.still_column), "")}
 
     @property
     def wave_speed(self) -> float:

@@ -88,6 +88,25 @@ def panels():
         yield "mpm pressure_panels", dim, "f32", "step", max(0.0, short - node * few)
 
 
+def covers():
+    """ns that snow cover which is laid ahead adds to a step, a particle and in all: of blocks beside such snow and
+    beside a body like others. In each step the rim is held; looks at the cover are a share of that."""
+    for dim in (2, 3):
+        found = []
+        for side in SIDES["mpm", dim]:
+            plain = _block("mpm", dim, side)
+            far = {"name": "cover", "material": "snow", "shape": {
+                "kind": "box", "min": [side + 2.0] + [0.0] * (dim - 1), "max": [side + 12.0] + [4.0] * (dim - 1)}}
+            plain["domain"]["max"][0] = side + 16.0
+            plain["bodies"] = [*plain["bodies"], far]
+            solver, more = _more_by(plain, {"bodies": [plain["bodies"][0], {**far, "laid_ahead": 9.0}]})
+            found.append((solver.particles.count, more))
+        (few, short), (many, long) = found
+        particle = max(0.0, (long - short) / (many - few))
+        yield "mpm erodible_snow", dim, "f32", "particle", particle
+        yield "mpm erodible_snow", dim, "f32", "step", max(0.0, short - particle * few)
+
+
 def frameworks():
     """ns of a step that an element of a framework takes, beside its contact with snow as an obstacle that moves, each
     of its substeps, and each unknown where it goes to rest in every step: of fences with few elements and with many,

@@ -36,7 +36,7 @@ def test_oedometer_of_sand(method, tmp_path):
     assert found.facts()["K0"].startswith("0.51")
 
 
-SOURCE = {"solver.sph.kernel": "cubic", "solver.sph.smoothing": 1.4142, "solver.sph.viscosity": 1.0,
+SOURCE = {"solver.sph.kernel": "cubic_spline", "solver.sph.smoothing": 1.4142, "solver.sph.viscosity": 1.0,
           "solver.sph.quadratic_viscosity": 0.1, "solver.sph.disorder_damping": 0.0, "solver.sph.volumes": "constant"}
 """SPH as Peng et al. (2015) have it: cubic spline of h = sqrt(2) spacings, alpha 1, beta 0.1, constant volumes."""
 

