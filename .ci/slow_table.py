@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-TABLE = ROOT / "tests" / "slow_tests.csv"
+TABLE = ROOT / os.environ.get("TABLE_OF_TESTS", "tests/slow_tests.csv")
 COLUMNS = ("test", "result", "figure", "processor seconds", "commit", "date")
 SHOWN = ("passed", "expected failure", "skipped")
 """Results that need no second run on the same commit."""

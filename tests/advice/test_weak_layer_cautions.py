@@ -22,9 +22,9 @@ COARSER, SET_ANEW = {"solver.dx": 0.1}, {"materials.weak_layer.softening": 3.6}
 
 @pytest.mark.parametrize(("overrides", "said"), [
     ({}, []),
-    (COARSER, ["2 times the 0.05 of the scene's file"]),
+    (COARSER, ["2 cells through a weak layer: once broken", "2 times the 0.05 of the scene's file"]),
     ({"solver.dx": 0.2}, ["1 cells through a weak layer", "4 times the 0.05"]),
-    (COARSER | SET_ANEW, []),
+    (COARSER | SET_ANEW, ["2 cells through a weak layer: once broken"]),
     ({"solver.dx": 0.05, "end_time": 1.0}, []),
 ])
 def test_what_is_said_of_a_weak_layer(overrides, said):

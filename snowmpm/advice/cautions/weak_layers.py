@@ -6,6 +6,9 @@ from snowmpm.errors import InputError
 from snowmpm.measured.borders import shipped
 from snowmpm.scenes import load_scene
 
+SMOOTH_CELLS = 4.0
+"""Cells through a broken weak layer on which a slab slides as its law says, to 5 %
+(tests/components/interface_layer/test_interface_friction.py)."""
 OFF = 1.25
 """Fracture energy over that of the scene's own grid that matters, as the limit of the entry softening_on_grid."""
 
@@ -21,6 +24,19 @@ def cells_through_weak_layer(facts):
                           f"{cells:.3g} cells through a weak layer are fewer than {LEAST_CELLS:g}: cracks may not run"
                           " in it, and nothing is released",
                           f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less{more}")
+
+
+@rule("mpm")
+def rough_weak_layer(facts):
+    """So few cells that a broken weak layer rubs as the rows of snow beside it."""
+    if facts.scene.saw_test:
+        return
+    for layer in weak_layers(facts.scene):
+        cells = facts.thickness(layer.body)
+        if LEAST_CELLS * (1.0 - SLACK) <= cells < SMOOTH_CELLS * (1.0 - SLACK):
+            yield Caution("", f"bodies.{layer.body} ({layer.name})", f"{cells:.3g} cells through a weak layer: once"
+                          " broken it rubs as the snow beside it; on two cells a slab slid as on 0.57 for 0.40",
+                          f"solver.dx = {cells * facts.dx / SMOOTH_CELLS:.3g} where the slab is to slide as its law says")
 
 
 @rule("mpm")

@@ -53,6 +53,15 @@ def coupling(facts):
         yield worded(border, "solver.dt" if facts.scene.solver.dt else "solver.cfl", size)
 
 
+@rule("implicit")
+def undamped_water(facts):
+    """Waves in the water that steps with inertia neither follow nor damp."""
+    solved = facts.scene.solver.implicit
+    if facts.scene.water and solved and solved.time == "newmark" and solved.damping == 0.0:
+        yield Caution("", "solver.implicit.damping", "swings of what starts suddenly stay: after ten steps, of which"
+                      " waves cross seven cells, 13 % of the pressure", "damping = 0.3 (below 3.3 %)")
+
+
 @rule(*SOAKING)
 def drainage(facts):
     """Drainage that reaches less than a cell within the run."""
