@@ -11,28 +11,29 @@ WATER = {"scheme": "v_w", "permeability": 1e-9, "grain_density": 1600.0 / 0.6, "
 
 
 def scene(size, water=None, solver=None, **changes):
-    """`Scene` of a box of saturated soil from the origin, `size` [m] along x and z."""
+    """`Scene` of a box of saturated soil from the origin, `size` [m] along x and z, or x, y and z."""
     corner = list(size)
-    tables = {"name": "mixture", "dimension": 2, "end_time": 10.0, "gravity": 0.0,
+    tables = {"name": "mixture", "dimension": len(corner), "end_time": 10.0, "gravity": 0.0,
               "solver": {"dx": DX, "precision": "f64", "transfer": "aflip", **(solver or {})},
               "materials": {"soil": MEDIUM}, "water": {**WATER, **(water or {})},
               "bodies": [{"name": "block", "material": "soil",
-                          "shape": {"kind": "box", "min": [0.0, 0.0], "max": corner}}]}
+                          "shape": {"kind": "box", "min": [0.0] * len(corner), "max": corner}}]}
     return Scene.model_validate({**tables, **changes})
 
 
-def around(water=None, **changes):
-    """`Simulation` of soil without an end: periodic along both axes, one block of cells each."""
+def around(water=None, dimension=2, **changes):
+    """`Simulation` of soil without an end: periodic along all axes, one block of cells each."""
     side = 8 * DX
-    sides = dict.fromkeys(("x_min", "x_max", "z_min", "z_max"), "periodic")
-    return Simulation(scene((side, side), water, domain={"min": [0.0, 0.0], "max": [side, side], "boundary": sides},
-                            **changes))
+    sides = {f"{axis}_{end}": "periodic" for axis in ("xz" if dimension == 2 else "xyz") for end in ("min", "max")}
+    return Simulation(scene([side] * dimension, water, domain={
+        "min": [0.0] * dimension, "max": [side] * dimension, "boundary": sides}, **changes))
 
 
 def in_tub(size, tub, water=None, sides=None, **changes):
     """`Simulation` of a block in a tub [m] with slippery walls and floor."""
-    walls = dict.fromkeys(("x_min", "x_max", "z_min"), "slip")
-    return Simulation(scene(size, water, domain={"min": [0.0, 0.0], "max": list(tub),
+    walls = {f"{axis}_{end}": "slip" for axis in ("x" if len(tub) == 2 else "xy") for end in ("min", "max")}
+    walls["z_min"] = "slip"
+    return Simulation(scene(size, water, domain={"min": [0.0] * len(tub), "max": list(tub),
                                                  "boundary": {**walls, **(sides or {})}}, **changes))
 
 

@@ -31,6 +31,8 @@ import pytest
 import snowmpm
 from snowmpm.comparison import Case
 from snowmpm.comparison.answers import answer_of
+from snowmpm.comparison.answers.column import plane_runout
+from snowmpm.comparison.profile import profile
 from snowmpm.scenes import load_scene
 
 SOFT = {"materials.sand.youngs_modulus": 5.04e5}
@@ -69,7 +71,8 @@ def agree(case, runout=0.15, height=0.12):
 
 
 @pytest.mark.parametrize(("method", "spacing", "a"), [
-    ("mpm", 0.0067, 0.5), ("mpm", 0.0067, 1.0), pytest.param("sph", 0.01, 0.5, marks=pytest.mark.slow),
+    ("mpm", 0.0067, 0.5), ("mpm", 0.0067, 1.0), pytest.param("mpm", 0.0025, 0.25, marks=pytest.mark.slow),
+    pytest.param("sph", 0.005, 0.25, marks=pytest.mark.slow), pytest.param("sph", 0.01, 0.5, marks=pytest.mark.slow),
     ("sph", 0.01, 1.0)])
 def test_low_columns(method, spacing, a, tmp_path):
     agree(plane(tmp_path, method, a, spacing))
@@ -117,6 +120,23 @@ def test_half_the_spacing(method, a, spacing, tmp_path):
         agree(case)
     for one, other in zip(*(answer_of(case).quantities() for case in cases), strict=True):
         assert other.measured == pytest.approx(one.measured, rel=0.05), one.name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("a", [0.5, 1.0])
+def test_profiles_in_time_by_both_methods(a, tmp_path):
+    """Depths at 0.1, 0.2 and 0.3 s, in the mean over the published run-out: within 5 % of the height of each other."""
+    spacing = {"mpm": 0.0033, "sph": 0.005}
+    cases = [plane(tmp_path / method, method, a, spacing[method]) for method in spacing]
+    x = np.linspace(0.0, 0.2 * (1.0 + plane_runout(a)), 100)
+    for time in (0.1, 0.2, 0.3):
+        depths = []
+        for case in cases:
+            found = profile(case, case.run.frame(int(np.abs(case.run.times - time).argmin())))
+            depths.append(np.interp(x, found.s, found.top, right=0.0))
+        apart = np.abs(depths[0] - depths[1]).mean() / (0.2 * a)
+        print(f"{time} s: {apart:.3f}")
+        assert apart < 0.05
 
 
 @pytest.mark.slow

@@ -57,6 +57,33 @@ def test_simple_shear_between_driven_plates(law, changes):
     assert max(shear_off, normal_off) < 0.03
 
 
+STATES = {"loose": 0.88, "medium": 0.74, "dense": 0.60}
+"""Void ratios at the start."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("state", STATES)
+def test_loose_and_dense_sand_at_constant_volume(state):
+    """B8 of Bui and Nguyen (2021) with a law that has a critical state: stresses of the plate beside those of a point,
+    to 3 % of the largest; loose sand loses pressure, dense sand gains it."""
+    sand = {"kind": "critical_state_hypoplastic", "density": 1800.0, "youngs_modulus": 1e6,
+            "reference_pressure": PRESSURE, "poisson_ratio": 0.0, "friction_angle": 30.0, "least_void_ratio": 0.5,
+            "critical_void_ratio_limit": 0.55, "critical_void_ratio_drop": 0.25, "density_effect": 0.2,
+            "void_ratio": STATES[state]}
+    strain, shear, normal = sheared({"materials.sample": sand})
+    sample = scene_of("simple_shear", **{"materials.sample": sand}).materials["sample"]
+    point = measure(sample, "simple_shear_constant_volume", pressure=PRESSURE, strain=0.12, steps=600).table()
+    at, late = np.abs(point["strain_xz"][1]), strain > 0.01
+    expected = {"shear": np.abs(point["stress_xz"][1]), "normal": -point["stress_zz"][1]}
+    largest = max(expected["normal"].max(), PRESSURE)
+    for name, values in (("shear", shear), ("normal", normal)):
+        off = np.abs(values - np.interp(strain, at, expected[name]))[late].max()
+        print(state, name, off / largest)
+        assert off < 0.03 * largest
+    end = expected["normal"][-1]
+    assert {"loose": end < 0.7 * PRESSURE, "medium": True, "dense": end > 1.3 * PRESSURE}[state]
+
+
 @pytest.mark.slow
 def test_direct_shear_in_a_box():
     """The load on the driven half over that normal to it, after 1.5 mm: between sin and tan of the friction angle

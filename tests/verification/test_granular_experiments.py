@@ -83,6 +83,12 @@ def test_forces_in_the_flume(method):
     assert (np.diff(steeper) > 0.0).all()
 
 
+def test_aluminium_bars_by_both_methods():
+    """BM-2 of Larese et al. (2020): run-outs within 10 % of each other (the source's profile is a figure only)."""
+    reach = [float(rows()["bars", "aluminium bars", method, "run-out"]["value"]) for method in ("mpm", "sph")]
+    assert reach[0] == pytest.approx(reach[1], rel=0.1)
+
+
 @pytest.mark.parametrize("method", ["mpm", "sph"])
 def test_loose_sand_sets_out_faster_and_comes_as_far(method):
     """B15 of Bui and Nguyen (2021): loose and dense sand come to one critical state, so that they end alike, to 2 %;

@@ -76,3 +76,32 @@ def test_unconfined_compression_of_snow(name, method):
     assert np.abs(found.volume[late] - volume).max() < 0.05 * np.abs(volume).max() + 2e-4
     grows = np.polyfit(found.shortening[late], found.volume[late], 1)[0]
     assert (grows > 0.0) == (name == "weak layer")
+
+
+LAYER = {**SLAB, "youngs_modulus": 5e5, "critical_slope": 2.5, "cohesion": 0.3, "hardening": 1.0, "p0": 3e3}
+"""A weak layer that compression without confinement crushes: its critical line is steeper than the path."""
+
+
+@pytest.mark.slow
+def test_old_and_new_law_of_one_weak_layer():
+    """Figure 5c, d of Gaume's chapter: unconfined, by MPM, one layer with the cohesive law and with that of the
+    anticrack. The one hardens as a point does, p and q to 3 %. The other yields at the stress of a point, drops,
+    compacts, and hardens when it has; on the way the specimen loses its homogeneity, which that of the old law keeps.
+    """
+    strain, speed = 0.06, 0.1
+    old, new = CohesiveCamClay(**LAYER), AnticrackCamClay(**LAYER, softening=0.5)
+    held, fell = (compress(law.model_dump(exclude_none=True), "mpm", 2, 0.0, strain, speed, 150) for law in (old, new))
+    point, brittle = (of_point(law, 2, 0.0, 1.1 * strain, 2000).table() for law in (old, new))
+    late = held.shortening > 0.2 * strain
+    for name, values in (("p", held.p), ("q", held.q)):
+        expected = np.interp(held.shortening[late], -point["strain_zz"][1], point[name][1])
+        np.testing.assert_allclose(values[late], expected, rtol=0.03)
+    top = int(fell.q[fell.shortening < 0.02].argmax())
+    assert fell.q[top] == pytest.approx(brittle["q"][1][-brittle["strain_zz"][1] < 0.015].max(), rel=0.05)
+    least = top + int(fell.q[top:].argmin())
+    print(fell.q[[top, least, -1]], fell.volume[[top, least, -1]])
+    assert fell.q[least] < 0.6 * fell.q[top] and fell.q[-1] > 1.3 * fell.q[least]  # drop and densification
+    assert fell.volume[least] < 1.5 * fell.volume[top] < 0.0  # collapse
+    spread = [np.log(loaded.fields["J"]).std() for loaded in (held, fell)]
+    print(spread)
+    assert spread[1] > 3.0 * spread[0]

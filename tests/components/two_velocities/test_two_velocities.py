@@ -12,21 +12,23 @@ from tests.support.water_masses import assert_masses_close, audited
 RHO_G, RHO_W, N = 1600.0, 1000.0 * 0.4, 0.4
 
 
-@pytest.mark.parametrize(("permeability", "dt"), [(1e-7, 1e-4), (1e-7, 2e-4), (1e-12, 1e-4)])
-def test_drag_takes_the_slip(permeability, dt):
+@pytest.mark.parametrize(("permeability", "dt", "dimension"), [
+    (1e-7, 1e-4, 2), (1e-7, 2e-4, 2), (1e-12, 1e-4, 2), (1e-7, 1e-4, 3)])
+def test_drag_takes_the_slip(permeability, dt, dimension):
     """u = u_0 exp(-l t), l = C (1 / rho_s + 1 / rho_w), to round-off for any step, also where l dt = 3e3 (P10); the
     momentum stays, and what drag took is the energy that is missing."""
-    simulation = around({"permeability": permeability}, solver={"dt": dt})
-    set_velocities(simulation, (0.0, 0.0), (0.1, -0.05))
+    simulation = around({"permeability": permeability}, dimension, solver={"dt": dt})
+    slip = np.array([0.1, -0.05] if dimension == 2 else [0.1, 0.02, -0.05])
+    set_velocities(simulation, 0.0 * slip, slip)
     before = simulation.audit()
     for _ in range(10):
         simulation.step()
     fields, row, wet = simulation.particles, simulation.audit(), phases(simulation)
     rate = Darcy(permeability / 1.792e-3).coefficient(N, 0.0) * (1.0 / RHO_G + 1.0 / RHO_W)
-    slip = fields["velocity"][wet].mean(axis=0) - fields["velocity"][~wet].mean(axis=0)
-    expected = np.array([0.1, -0.05]) * np.exp(-rate * 10 * dt)
+    found = fields["velocity"][wet].mean(axis=0) - fields["velocity"][~wet].mean(axis=0)
+    expected = slip * np.exp(-rate * 10 * dt)
     # The table of the drag by porosity has 257 entries
-    np.testing.assert_allclose(slip, expected, rtol=2e-4 * max(1.0, rate * 10 * dt), atol=1e-12)
+    np.testing.assert_allclose(found, expected, rtol=2e-4 * max(1.0, rate * 10 * dt), atol=1e-12)
     assert row["momentum_x"] == pytest.approx(before["momentum_x"], rel=1e-12)
     lost = before["kinetic_energy"] - row["kinetic_energy"]
     assert row["contact_work"] == pytest.approx(lost, rel=1e-6)
@@ -99,21 +101,22 @@ def test_rain_goes_on_after_a_resume_to_the_bit(tmp_path):
     assert_goes_on_alike(whole, 0.9, tmp_path)
 
 
-def consolidating(dx, bulk_modulus, T, wide=4):
+def consolidating(dx, bulk_modulus, T, wide=4, dimension=2):
     """Of a column under a load that its water carries at first, at T: largest error of the pressure over p_0, how far
     its top came down and comes down in the end [m], and the row of the audit."""
     E, load, mobility = MEDIUM["youngs_modulus"], 1e4, 1e-9 / 1.792e-3
     c_v, first = mobility / (1.0 / E + N / bulk_modulus), load / (1.0 + E * N / bulk_modulus)
-    simulation = run_to(in_tub((wide * dx, 1.0), (wide * dx, 1.4), {
+    plan = [wide * dx] * (dimension - 1)
+    simulation = run_to(in_tub([*plan, 1.0], [*plan, 1.4], {
         "bulk_modulus": bulk_modulus, "pressure": first}, solver={"dx": dx},
         forces=[{"kind": "pressure", "value": load}]), T / c_v)
     fields, wet, rows = simulation.particles, phases(simulation), round(1.0 / dx)
-    z, p = fields["position"][:, 1], fields["pore_pressure"]
+    z, p = fields["position"][:, -1], fields["pore_pressure"]
     inside = wet & (z < 1.0)
     row = (z[inside] / dx).astype(int)
     mean = np.bincount(row, p[inside], rows) / np.bincount(row, minlength=rows) / first
     error = np.abs(mean - terzaghi(1.0 - (np.arange(rows) + 0.5) / rows, T)).max()
-    sunk = 1.0 - fields["volume"][~wet].sum() / (wide * dx)
+    sunk = 1.0 - fields["volume"][~wet].sum() / np.prod(plan)
     return error, sunk, load / E, simulation.audit()
 
 
@@ -126,6 +129,14 @@ def test_consolidation():
     # Of what the load gave, what is neither stored nor drag: the start's waves, that transfers smooth. Drag by the slip
     # before walls act would be booked 8 % too large
     assert 0.0 < row["energy_remainder"] < 0.03 * row["contact_work"]
+
+
+@pytest.mark.slow
+def test_consolidation_in_three_dimensions():
+    error, sunk, whole, row = consolidating(DX, 2.2e8, 0.2, wide=2, dimension=3)
+    assert error < 0.05
+    assert sunk == pytest.approx(whole * consolidation(0.2), rel=0.05)
+    assert row["water_residual"] < 1e-10
 
 
 @pytest.mark.slow
