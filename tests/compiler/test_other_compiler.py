@@ -11,9 +11,13 @@ from snowmpm.compiler import backend
 from tests.support.project import ROOT
 
 PARTS = ("contract", "mpm/test_every_transfer.py mpm/test_conservation.py components/body_contact", "materials",
-         "depth verification/test_depth_block.py", "sph", "implicit water", "structures rigid saw_test",
-         "resume seeding forcing", "test_scenes_run.py")
+         "depth verification/test_depth_block.py", "sph", "implicit water", "components/structures components/rigid_bodies saw_test",
+         "resume seeding components/forcing_and_damping", "test_scenes_run.py")
 """Folders and files of tests/."""
+
+
+def test_the_parts_are_there():
+    assert [place for part in PARTS for place in part.split() if not (ROOT / "tests" / place).exists()] == []
 
 
 def test_the_name_of_a_compiler_is_checked():
