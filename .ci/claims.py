@@ -1,8 +1,8 @@
 """What is promised, where it is tested, with which figure, last run at which commit: docs/claims.md. And what is
 missed: docs/expected_failures.md.
 
-    python .ci/claims.py           writes the pages from tests/claims.toml, tests/expected_failures.csv and the tables of
-                                   results
+    python .ci/claims.py           writes the pages from tests/claims.toml, tests/expected_failures.csv and the tables
+                                   of results
     python .ci/claims.py --run     first runs the claims' tests that are not slow, and keeps their results in
                                    tests/claims.csv (minutes); slow ones are those of tests/slow_tests.csv
     python .ci/claims.py --check   code 1 where a page is not what it would write
@@ -13,30 +13,32 @@ import csv
 import os
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
+import tomllib
 from slow_table import ROOT, read
 
 CLAIMS, RESULTS, SLOW, MISSED = (ROOT / "tests" / name for name in (
     "claims.toml", "claims.csv", "slow_tests.csv", "expected_failures.csv"))
 PAGE, MISSES = (ROOT / "docs" / name for name in ("claims.md", "expected_failures.md"))
-MET = {"users": ("What a user may meet", "In an ordinary scene. A caution of `snowmpm check` is named where there is one."),
-       "nobody": ("Gates of the program itself", "Forecasts, waiting times, structure, and settings that nobody needs."),
-       "control": ("Controls", "What happens without a cure that the program takes by itself: they are meant to miss.")}
+MET = {
+    "users": ("What a user may meet", "In an ordinary scene. A caution of `snowmpm check` is named where there is."),
+    "nobody": ("Gates of the program itself", "Forecasts, waiting times, structure, and settings that nobody needs."),
+    "control": ("Controls", "What happens without a cure that the program takes by itself: they are meant to miss.")}
 HEAD = """# What is promised, and what holds it
 
-Made by `python .ci/claims.py` from the results of the tests: do not edit. A figure is the last comparison of numbers of one of the tests,
-as it came out. Commit and date are those of the oldest result of the row. Tests that are not slow run in every CI besides.
-[Expected failures](expected_failures.md) are the gates that are missed.
+Made by `python .ci/claims.py` from the results of the tests: do not edit. A figure is the last comparison of numbers of
+one of the tests, as it came out. Commit and date are those of the oldest result of the row. Tests that are not slow run
+in every CI besides. [Expected failures](expected_failures.md) are the gates that are missed.
 """
 
 
 MISSES_HEAD = """# Expected failures
 
-Made by `python .ci/claims.py` from `tests/expected_failures.csv`: do not edit. Tests that ask for a gate that is missed, strictly: one that
-passes is an error. {0} rows: {1} that a user may meet, {2} of the program itself, {3} controls. "Not known": nobody has shown it.
-What is reached is of the day on which the row was written; the last results of slow tests are in `tests/slow_tests.csv`.
+Made by `python .ci/claims.py` from `tests/expected_failures.csv`: do not edit. Tests that ask for a gate that is
+missed, strictly: one that passes is an error. {0} rows: {1} that a user may meet, {2} of the program itself, {3}
+controls. "Not known": nobody has shown it. What is reached is of the day on which the row was written; the last results
+of slow tests are in `tests/slow_tests.csv`.
 """
 
 

@@ -11,7 +11,8 @@ from snowmpm.compiler import backend
 from tests.support.project import ROOT
 
 PARTS = ("contract", "mpm/test_every_transfer.py mpm/test_conservation.py components/body_contact", "materials",
-         "depth verification/test_depth_block.py", "sph", "implicit water", "components/structures components/rigid_bodies saw_test",
+         "depth verification/test_depth_block.py", "sph", "implicit water",
+         "components/structures components/rigid_bodies saw_test",
          "resume seeding components/forcing_and_damping", "test_scenes_run.py")
 """Folders and files of tests/."""
 

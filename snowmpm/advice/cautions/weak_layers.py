@@ -36,7 +36,8 @@ def rough_weak_layer(facts):
         if LEAST_CELLS * (1.0 - SLACK) <= cells < SMOOTH_CELLS * (1.0 - SLACK):
             yield Caution("", f"bodies.{layer.body} ({layer.name})", f"{cells:.3g} cells through a weak layer: once"
                           " broken it rubs as the snow beside it; on two cells a slab slid as on 0.57 for 0.40",
-                          f"solver.dx = {cells * facts.dx / SMOOTH_CELLS:.3g} where the slab is to slide as its law says")
+                          f"solver.dx = {cells * facts.dx / SMOOTH_CELLS:.3g} where the slab is to slide as its law"
+                          " says")
 
 
 @rule("mpm")

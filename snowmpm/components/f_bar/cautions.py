@@ -23,8 +23,8 @@ def narrow_load(facts):
     for i, obstacle in enumerate(facts.scene.obstacles):
         shape = obstacle.shape
         if shape.kind in ("sphere", "cylinder") and shape.radius < NARROW * facts.dx:
-            says = (f"a round press of a radius of {shape.radius / facts.dx:.2g} cells moves nodes that means of cells do"
-                    " not see: a quarter of its work was lost at 1.75 cells, 9 % at 3.5")
+            says = (f"a round press of a radius of {shape.radius / facts.dx:.2g} cells moves nodes that means of cells"
+                    " do not see: a quarter of its work was lost at 1.75 cells, 9 % at 3.5")
             yield Caution("", f"obstacles.{i}.shape.radius", says, "grips in its place, or a radius of four cells")
 
 
