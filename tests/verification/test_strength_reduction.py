@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+import snowmpm
 from snowmpm.comparison.answers.slope_stability import Slope, plane_strain_strength, upper_surface
 from snowmpm.materials import LAWS
 from snowmpm.scenes import load_scene
@@ -134,3 +135,40 @@ def test_a_slope_that_does_not_stand(tmp_path):
     reduction = reduce_strength(scene, tmp_path, step=STEP)
     assert reduction.rest_factor < 1.0
     assert abs(reduction.found.slides - known(scene, "tangent")) < 1.01 * STEP
+
+
+def slid_off(method, kind, folder):
+    """Run of the cut slope with two thirds of its strength, to 1 s; "softening": towards 0.1 kPa and 15 degrees."""
+    weak = {**CUT, "friction_angle": float(np.degrees(np.arctan(np.tan(np.radians(31.2)) / WEAKER))),
+            "cohesion": 550.0 / WEAKER}
+    if kind == "softening":
+        weak |= {"kind": "softening_cone", "residual_friction_angle": 15.0, "residual_cohesion": 100.0,
+                 "softening_strain": 1.0 / 3.0}
+    scene = cut_slope(method)
+    changes = {"solver.dx": scene.solver.dx, "solver.method": method, "end_time": 1.0, "output.interval": 0.05,
+               "output.fields": ["id"], "domain.max": [2.4, 1.2],
+               "bodies.0.shape.points": [list(point) for point in scene.bodies[0].shape.points]}
+    return snowmpm.run(load_scene("slope_failure", {"materials.soil": weak, **changes}), folder / kind)
+
+
+WEAKER = 1.5
+"""By which the strength of the cut slope is divided: its factor of safety is then 0.82."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["mpm", "sph"])
+def test_a_cut_slope_that_softens_runs_out_further(method, tmp_path):
+    """B12 of Bui and Nguyen (2021): towards 0.1 kPa and 15 degrees, over a strain of a third. It fails along the
+    surface of the plastic one at first: of what has moved by 2 % of the height, as much, within a third; then it runs
+    out further by more than a fifth of its height."""
+    height, ways = 0.65, {}
+    for kind in ("plastic", "softening"):
+        ways[kind] = ways_of(slid_off(method, kind, tmp_path))
+    early = {}
+    for kind, one in ways.items():
+        frame = int(np.argmax(one.ways.max(axis=1) > 0.1 * height))
+        early[kind] = (one.ways[frame] > 0.02 * height).mean()
+    reach = {kind: one.ways[-1].max() for kind, one in ways.items()}
+    print(method, early, reach)
+    assert early["softening"] == pytest.approx(early["plastic"], rel=1.0 / 3.0)
+    assert reach["softening"] > reach["plastic"] + 0.2 * height

@@ -198,3 +198,33 @@ def test_dam_break_dry_saturated_liquefied(phases, run_outs):
     assert (dry < saturated).all() and (saturated < liquefied).all()
     np.testing.assert_allclose(saturated / dry, 24.5 / 11.8, rtol=0.2)
     np.testing.assert_allclose(liquefied / dry, 31.6 / 11.8, rtol=0.2)
+
+
+@pytest.fixture(scope="module")
+def breaking(tmp_path_factory):
+    """The liquefied dam of the guide: its run to 1 s, a frame every 0.05 s."""
+    changes = {"end_time": 1.0, "output.interval": 0.05, "output.fields": ["depth", "material"]}
+    return snowmpm.run(load_scene(DAM, changes), tmp_path_factory.mktemp("breaking") / "run")
+
+
+def test_the_middle_keeps_its_depth_until_the_wave_comes(breaking):
+    """Section 6.2: 5 m at sqrt(g h) take 0.505 s, until when the depth of node 501, amid the reservoir, stays."""
+    middle = []
+    for i, time in enumerate(breaking.times):
+        frame = breaking.frame(i, ["depth"])
+        near = np.abs(frame.positions[:, 0] + 5.0) < 0.3
+        middle.append((time, frame.fields["depth"][near].mean()))
+    time, depth = np.array(middle).T
+    arrival = 5.0 / np.sqrt(9.81 * 10.0)
+    np.testing.assert_allclose(depth[time < arrival - 0.1], 10.0, rtol=0.005)  # columns near are half a metre wide
+    assert depth[np.abs(time - arrival - 0.1).argmin()] < 9.5
+
+
+def test_both_phases_travel_together(breaking):
+    """Fronts of grains and of water within 5 cm at any time, on ways of 14 m."""
+    for i in range(len(breaking)):
+        frame = breaking.frame(i, ["material"])
+        x, phases = frame.positions[:, 0], frame.fields["material"]
+        grains, water = (np.quantile(x[phases == k], 0.995) for k in (0, 1))
+        assert water == pytest.approx(grains, abs=0.05)
+    assert grains > 13.0
