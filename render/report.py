@@ -13,6 +13,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impacts, loaded
+from snowmpm.io.panels import has_panels
 from snowmpm.io.parameters import method_of, parameters, pieces, succession
 from snowmpm.io.projection import projection_name
 from snowmpm.io.published import resolution_of, statement
@@ -38,6 +39,7 @@ from snowmpm.render.document import (
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import WeakLayer
 from snowmpm.render.history_plot import render_history
+from snowmpm.render.panel_plot import render_panels
 from snowmpm.render.peak_map import MapSheet
 from snowmpm.render.report_pdf import write_pdf
 from snowmpm.render.run_film import nearest_frame, view_of
@@ -198,6 +200,8 @@ def _curves(run, folder):
         yield Picture(render_history(run, folder / "history.png"), "Over time.")
     if run.saw_test:
         yield Picture(render_saw_test(run, folder / "saw_test.png"), "The saw test.")
+    if has_panels(run):
+        yield Picture(render_panels(run, folder / "panels.png")[0], "Pressure over the face of obstacles with panels.")
 
 
 FIRST = ("peak_pressure", "peak_depth")

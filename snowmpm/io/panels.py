@@ -87,6 +87,11 @@ class Panels:
         return int(np.searchsorted(self.time, time))
 
 
+def has_panels(run: Any) -> bool:
+    """Whether a `Run` holds rows of panels."""
+    return any(len(series.time) for series in run.series.get(SERIES, {}).values())
+
+
 def panels_of(run: Any) -> dict[str, Panels]:
     """`Panels` of a `Run` by obstacle; those that have no row yet are left out. Raises InputError for a run without
     panels, or a file whose tables do not fit."""

@@ -12,6 +12,8 @@ from snowmpm.errors import InputError
 from snowmpm.registry import COMPONENTS
 from snowmpm.scenes.spec import Positive, Spec
 
+LEAST = 4.0
+"""Cells of `laid_ahead`: a flow that comes within a cell of the rim, which is held, would wait there for ever."""
 COLUMN = "undisturbed"
 """Of particles: 1 of snow cover that lies as it was laid."""
 
@@ -35,6 +37,8 @@ def refuse(scene):
     """Raise InputError for a cover that is all there is, that moves, or whose start has to be found."""
     for key, value in asked(scene):
         body = scene.bodies[int(key.split(".")[1])]
+        if value < (least := LEAST * scene.solver.dx) * (1.0 - 1e-9):
+            raise InputError.at(key, value, f"must be at least {LEAST:g} cells, {least:g} m", scene.source)
         if any(body.velocity):
             raise InputError.at(key, value, "does not go with velocity: a cover lies at rest", scene.source)
         if all(other.laid_ahead is not None for other in scene.bodies):

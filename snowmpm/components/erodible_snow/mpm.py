@@ -39,7 +39,9 @@ def marked(scene, body, population):
 
 def adapter(model):
     """`ErodibleSnow` of a `Model`."""
-    return ErodibleSnow(model.population, model.body_of, [body.laid_ahead for body in model.scene.bodies])
+    across = float(np.linalg.norm(model.upper - model.lower))  # no way is longer
+    ahead = [body.laid_ahead and min(body.laid_ahead, across) for body in model.scene.bodies]
+    return ErodibleSnow(model.population, model.body_of, ahead)
 
 
 class ErodibleSnow(Adapter):

@@ -7,23 +7,23 @@ from tests.contract import method_examples as given
 from tests.contract.method_suite import reach
 
 
-def cover(dim, start, end, bottom=0.0, ahead=0.15):
+def cover(dim, start, end, bottom=0.0, ahead=0.4):
     shape = given.box(dim, (start, bottom), (end, bottom + given.SIDE))
     return given.body(shape, "cover", laid_ahead=ahead)
 
 
 def into_snow(method):
-    """A block that runs into snow at rest, of which the part beyond 0.15 m waits."""
+    """A block that runs into snow at rest, of which the part beyond 0.4 m waits."""
     dim = given.least_dimension(method)
     side = given.SIDE
-    return Simulation(given.scene(method, bodies=[given.block(dim, (4.0, 0.0)), cover(dim, side + 0.06, 4.0 * side)]))
+    return Simulation(given.scene(method, bodies=[given.block(dim, (15.0, 0.0)), cover(dim, side + 0.06, 4.0 * side)]))
 
 
 def takes_it_up(simulation):
     whole = len(simulation.model.population.volumes)
     before, present = simulation.audit(), simulation.n_particles
     assert present < whole and before["entrained_mass"] == 0.0
-    row = reach(simulation, 0.2).audit()
+    row = reach(simulation, 0.06).audit()
     assert present < simulation.n_particles <= whole
     assert row["cover_mass"] > 0.0 and row["entrained_mass"] > 0.1 * before["mass"]
     assert row["mass"] == pytest.approx(before["mass"] + row["entrained_mass"] - row["removed_mass"], rel=1e-9)

@@ -14,7 +14,7 @@ from snowmpm.advice.report import advise
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.panels import panels_of
-from snowmpm.render import render_panels
+from snowmpm.render import render_panels, render_report
 from snowmpm.scenes.schema import Scene
 from tests.support.same_runs import assert_goes_on_alike, run_with_signal
 
@@ -121,6 +121,8 @@ def test_pictures_and_tables(tmp_path):
     assert len(rows) == one.peak.size
     assert max(float(row["peak_pressure_Pa"]) for row in rows) == pytest.approx(one.peak.max(), rel=1e-5)
     assert {float(row["x_m"]) for row in rows} == {1.75}
+    page = render_report(run, tmp_path / "page.html", interactive=False)
+    assert "Pressure over the face" in page.read_text(encoding="utf-8")
     frame = run.to_pandas("panels")
     assert frame["impulse_Pa_s"].sum() == pytest.approx(one.impulse.sum())
     with pytest.raises(InputError, match=r"time = 9: must be from 0 to 0\.2"):
