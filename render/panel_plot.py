@@ -14,6 +14,8 @@ from snowmpm.render.figure import check_ending, plain, prefixed, save, titled
 
 COLOURS = "YlOrRd"
 NOT_FINAL = "#c1121f"
+MOST = 12
+"""Obstacles of a picture."""
 LINES = {"peak": "#c1121f", "force": "#0072B2", "mean": "#000000"}
 
 
@@ -29,10 +31,14 @@ def render_panels(run_path: PathLike | Run, output: PathLike, *, time: float | N
     check_ending(output)
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     found = panels_of(run)
+    shown = sorted(sorted(found, key=lambda name: -found[name].peak.max())[:MOST], key=list(found).index)
+    left_out = len(found) - len(shown)
+    found = {name: found[name] for name in shown}
     plan = run.dimension == 3
     figure = Figure(figsize=(17.5 if plan else 9.5, 3.9 * len(found) + 0.5), dpi=dpi, layout="constrained")
     status = status_of(run)
     title = f"{run.name.replace('_', ' ')}: pressure over the face"
+    title += f"; the {MOST} with the largest pressures, {left_out} others are in the table" if left_out else ""
     figure.suptitle(title if status.final else f"{title} (NOT FINAL)", fontsize=13, fontweight="bold",
                     color="#11161c" if status.final else NOT_FINAL)
     cells = figure.subplots(len(found), 4 if plan else 2, squeeze=False)

@@ -56,6 +56,8 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False, 
     from snowmpm.io import Run
 
     opened = Run(run)
+    if line is not None and panels:
+        raise InputError("--line and --panels are pictures of their own")
     if line is None and color is not None:
         raise InputError("--color goes with --line")
     if line is None and not panels and time is not None:

@@ -83,6 +83,11 @@ def carried(scene, body):
     return any(component.carries(scene, body) for component in used(scene))
 
 
+def lies(scene, body):
+    """Whether a body of a scene is no part of the flow at the start, as snow cover is not."""
+    return any(component.lies(scene, body) for component in used(scene))
+
+
 def velocity_fields(scene):
     """Number of the velocity field of each body of a scene (n,): 0 for all without a component that parts them."""
     makers = (component.fields for component in used(scene) if component.fields)

@@ -75,6 +75,8 @@ class Component:
     """of model -> the laws of these materials"""
     fields: Callable[[Any], Any] | None = None
     """scene -> number of the velocity field of each body"""
+    lies: Callable[[Any, Any], bool] = lambda scene, body: False
+    """(scene, body) -> whether the body is no part of the flow at the start"""
     motion: str = ""
     """of (scene, number of an obstacle, `solids.shape.SolidShape`) -> its motion, or None"""
     obstacles: str = ""

@@ -16,6 +16,8 @@ from snowmpm.errors import InputError
 
 SERIES = "face_pressure"
 """Kind of record (`snowmpm.io.series`)."""
+FARTHEST = 1e9
+"""Largest coordinate [m]."""
 HEAD = ("obstacle", "row", "column", "x_m", "y_m", "z_m", "width_m", "height_m", "peak_pressure_Pa", "peak_time_s",
         "impulse_Pa_s", "pressure_at_peak_force_Pa")
 
@@ -106,11 +108,13 @@ def panels_of(run: Any) -> dict[str, Panels]:
             pressure, beside = series.columns["pressure"], series.columns["force_beside"]
         except (KeyError, TypeError, ValueError):
             raise InputError(f"{where}: not readable") from None
-        fits = (pressure.ndim == 3 and beside.ndim == 1 and first.shape == edges.shape == (2,)
-                and all(axis is None or axis.shape == (run.dimension,) for axis in axes)
-                and axes[0] is not None and axes[1] is not None and np.isfinite([*first, *edges, front]).all()
-                and (edges > 0.0).all() and (axes[2] is None) == (run.dimension == 2))
-        if not fits:
+        fits = (pressure.ndim == 3 and pressure.size > 0 and beside.ndim == 1 and first.shape == edges.shape == (2,)
+                and axes[0] is not None and axes[1] is not None and (axes[2] is None) == (run.dimension == 2)
+                and all(axis is None or (axis.shape == (run.dimension,) and abs(np.linalg.norm(axis) - 1.0) < 1e-6)
+                        for axis in axes)
+                and np.abs([*first, *edges, front]).max() < FARTHEST and (edges > 0.0).all()
+                and np.isfinite(pressure).all() and np.isfinite(beside).all())
+        if len(series.time) and not fits:
             raise InputError(f"{where}: its tables do not fit each other")
         if len(series.time):
             direction, up, across = axes

@@ -58,14 +58,17 @@ def keep_series(h5, limit):
 
 def check_series(h5, path):
     """Raise InputError for tables that do not fit each other, of a file that may come from anybody."""
+    if GROUP in h5 and not isinstance(h5[GROUP], h5py.Group):
+        raise InputError(f"{path}: {GROUP} is not a group of records")
     for group in _groups(h5):
-        if "time" not in group or "about" not in group.attrs:
+        if "time" not in group or not isinstance(group.attrs.get("about"), str):
             raise InputError(f"{path}: {group.name} is not what a component records")
         for data in group.values():
             if not isinstance(data, h5py.Dataset) or not 1 <= data.ndim <= MOST_AXES or len(data) != len(group["time"]):
                 raise InputError(f"{path}: {data.name} does not fit its times")
-        if group["time"].ndim != 1 or not np.isfinite(group["time"][:]).all():
-            raise InputError(f"{path}: {group.name}/time is not a row of finite numbers")
+        time = group["time"]
+        if time.ndim != 1 or not np.isfinite(time[:]).all() or (np.diff(time[:], prepend=0.0) <= 0.0).any():
+            raise InputError(f"{path}: {group.name}/time is not a row of times that rise from above 0")
 
 
 def read_series(h5: h5py.File, path: PathLike) -> dict[str, dict[str, Series]]:
@@ -82,5 +85,6 @@ def read_series(h5: h5py.File, path: PathLike) -> dict[str, dict[str, Series]]:
 
 def _groups(h5: h5py.File) -> list[Any]:
     """Groups of the records. Raises nothing: what is no group is left out."""
-    parts = [part for part in h5.get(GROUP, {}).values() if isinstance(part, h5py.Group)]
+    root = h5.get(GROUP, {})
+    parts = [part for part in root.values() if isinstance(part, h5py.Group)]
     return [group for part in parts for group in part.values() if isinstance(group, h5py.Group)]

@@ -112,7 +112,13 @@ class TileGrid:
             if self.acts(surface):
                 surface.locate(self)
                 if surface not in but:
+                    if surface.tracked:
+                        for act in self.adapters.before_obstacle:
+                            act(self, surface)
                     surface.apply_contact(self, dx)
+                    if surface.tracked:
+                        for act in self.adapters.after_obstacle:
+                            act(self, surface)
 
     def acts(self, surface):
         """Whether a surface is near any snow."""

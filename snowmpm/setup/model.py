@@ -138,12 +138,14 @@ class Model:
 
     @cached_property
     def release_volume(self):
-        """Volume of all bodies at time zero, with what symmetric sides of the domain left out (m2 in 2-D) [m3]."""
+        """Volume of all bodies that flow at time zero, with what symmetric sides of the domain left out (m2 in 2-D)
+        [m3]."""
         takes_room = np.array([not law.IN_PORES for law in self.all_laws])
         own = takes_room[self.population.material]
         volumes = np.bincount(self.body_of[own], self.population.volumes[own], len(self.scene.bodies))
         return float(sum(volume / self.shares.get(body.name, 1.0)
-                         for volume, body in zip(volumes, self.scene.bodies, strict=True)))
+                         for volume, body in zip(volumes, self.scene.bodies, strict=True)
+                         if not components.lies(self.scene, body)))
 
     @cached_property
     def friction(self):

@@ -10,6 +10,7 @@ import warnings
 
 import numpy as np
 
+from snowmpm import components
 from snowmpm.scenes.shapes import ThicknessRaster
 from snowmpm.seeding.regions import regions_of
 
@@ -21,14 +22,15 @@ GAP = 4
 
 
 def release_plan(model):
-    """The plan area of the snow of a `Model` in 3-D: a shapely MultiPolygon in scene coordinates [m]."""
+    """The plan area of the snow of a `Model` in 3-D that flows: a shapely MultiPolygon in scene coordinates [m]."""
     import shapely
 
     domain = shapely.box(*model.lower[:2], *model.upper[:2])
     parts = [_polygons(model, spec) for spec in model.scene.bodies]
     ends, x = [*model.body_starts, len(model.population.volumes)], model.population.positions
     spacing = model.scene.solver.spacing(3)
-    parts = [covered(x[ends[i] : ends[i + 1], :2], spacing) if part is None else part for i, part in enumerate(parts)]
+    parts = [covered(x[ends[i] : ends[i + 1], :2], spacing) if part is None else part for i, part in enumerate(parts)
+             if not components.lies(model.scene, model.scene.bodies[i])]
     whole = shapely.union_all(parts).intersection(domain)
     return shapely.MultiPolygon([part for part in shapely.get_parts(whole) if part.geom_type == "Polygon"])
 

@@ -87,6 +87,12 @@ class Adapter:
     def after_ground(self, grid: Any) -> None:
         """Ground and sides have met the nodes; obstacles are next."""
 
+    def before_obstacle(self, grid: Any, surface: Any) -> None:
+        """An obstacle meets the nodes next."""
+
+    def after_obstacle(self, grid: Any, surface: Any) -> None:
+        """It has."""
+
     def after_surfaces(self, write_back: Callable[[], None]) -> None:
         """Bodies and surfaces have met the nodes; write_back: brings those near surfaces to where particles read them,
         which comes next."""
@@ -171,8 +177,8 @@ class Adapter:
 
 
 HOOKS = ("before_step", "after_step", "around", "field_pairs", "friction", "intake", "before_scatter", "after_scatter",
-         "terms", "strain", "meet_surfaces", "before_ground", "after_ground", "after_surfaces", "before_gather",
-         "after_gather", "end_step", "limit_dt")
+         "terms", "strain", "meet_surfaces", "before_ground", "after_ground", "before_obstacle", "after_obstacle",
+         "after_surfaces", "before_gather", "after_gather", "end_step", "limit_dt")
 
 
 class Adapters:
@@ -192,6 +198,8 @@ class Adapters:
     meet_surfaces: list[Callable[..., bool]]
     before_ground: list[Callable[..., None]]
     after_ground: list[Callable[..., None]]
+    before_obstacle: list[Callable[..., None]]
+    after_obstacle: list[Callable[..., None]]
     after_surfaces: list[Callable[..., None]]
     before_gather: list[Callable[..., None]]
     after_gather: list[Callable[..., None]]

@@ -10,6 +10,7 @@
 from snowmpm.components.contract import Component
 from snowmpm.errors import InputError
 from snowmpm.registry import COMPONENTS
+from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.spec import Positive, Spec
 
 LEAST = 4.0
@@ -33,8 +34,24 @@ def asked(scene):
             yield f"bodies.{i}.laid_ahead", body.laid_ahead
 
 
+def told(scene):
+    """That the cover comes later than the start that `check` weighs."""
+    ahead = [f"{body.name} {body.laid_ahead:g} m" for body in scene.bodies if body.laid_ahead is not None]
+    return {"laid ahead": f"{', '.join(ahead)}; mass: of what is laid at the start, particles and time: of all"}
+
+
 def refuse(scene):
-    """Raise InputError for a cover that is all there is, that moves, or whose start has to be found."""
+    """Raise InputError for a cover that is all there is, that moves, whose start has to be found, or that others act
+    on before it is there."""
+    if isinstance(scene.gravity, Gravity):
+        key, value = next(asked(scene))
+        raise InputError.at(key, value, "does not go with gravity that changes, which moves snow beside the flow",
+                            scene.source)
+    covers = {body.name for body in scene.bodies if body.laid_ahead is not None}
+    for i, event in enumerate(scene.events):
+        if event.get("body") in covers:
+            raise InputError.at(f"events.{i}.body", event.body, "must be a body without laid_ahead, which is there from"
+                                " the start", scene.source)
     for key, value in asked(scene):
         body = scene.bodies[int(key.split(".")[1])]
         if value < (least := LEAST * scene.solver.dx) * (1.0 - 1e-9):
@@ -52,4 +69,5 @@ COMPONENTS.add(Component(
     "erodible_snow", __package__, "snow cover laid ahead", asked, order=45, keys={"bodies": OfBody},
     beside=("switch", "zone", "saw_test", "initial.from", "periodic sides of the domain", 'water.scheme = "v_w"',
             'water.scheme = "u_p"'),
-    refuse=refuse, fills=f"{__package__}.mpm:marked", cautions=f"{__package__}.cautions"))
+    refuse=refuse, lies=lambda scene, body: body.laid_ahead is not None, told=told,
+    fills=f"{__package__}.mpm:marked", cautions=f"{__package__}.cautions"))

@@ -1,4 +1,6 @@
-"""Rules: panels that the grid cannot tell apart, and means over too few steps."""
+"""Rules: panels that the grid cannot tell apart, means over too few steps, and a push that nothing gives."""
+
+import numpy as np
 
 from snowmpm.advice.cautions.caution import Caution, rule
 from snowmpm.components.pressure_panels.declare import interval_of
@@ -25,6 +27,20 @@ def short_means(facts):
         if interval < least * (1.0 - 1e-9):
             says = f"means over {interval:.2g} s, {interval / dt:.2g} steps: peaks of single steps are noise"
             yield Caution("", f"{key}.interval", says, f"interval = {least:.2g} or more")
+
+
+@rule("mpm")
+def against_the_flow(facts):
+    """A direction against that in which the snow moves, or would by its weight."""
+    model = facts.model
+    moving = model.population.volumes @ model.population.velocities
+    down = np.append(model.direction, 0.0) if facts.scene.terrain else np.asarray(model.first_gravity, float)
+    flow = moving if np.linalg.norm(moving) > 0.0 else down
+    for key, obstacle in _with_panels(facts):
+        direction = np.asarray(obstacle.panels.direction, float)
+        if flow @ direction < -0.1 * np.linalg.norm(flow) * np.linalg.norm(direction):
+            says = "the snow moves against it: pushes along it are those of snow that comes back"
+            yield Caution("", f"{key}.direction", says, "the direction of the flow, into the obstacle")
 
 
 def _with_panels(facts):

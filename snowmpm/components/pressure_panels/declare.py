@@ -6,6 +6,7 @@
     panels = { size = 0.5, direction = [1.0, 0.0, 0.0] }
 """
 
+import math
 from typing import ClassVar
 
 from snowmpm import components
@@ -29,7 +30,8 @@ class Panels(Spec):
     direction: Direction
     """of the push that counts, into the obstacle: that of the flow [-]"""
     interval: Positive | None = None
-    """time over which a pressure is a mean [s]; a tenth of `output.interval` when missing"""
+    """longest time over which a pressure is a mean [s]: the time between two frames is cut into equal parts that are
+    not longer; a tenth of `output.interval` when missing"""
 
 
 class OfObstacle(Spec):
@@ -48,7 +50,8 @@ def asked(scene):
 
 def interval_of(scene, panels):
     """Time over which a pressure is a mean [s]."""
-    return panels.interval or SHARE * scene.output.interval
+    between = scene.output.interval
+    return between / max(1, math.ceil(between / (panels.interval or SHARE * between) - 1e-9))
 
 
 def refuse(scene):

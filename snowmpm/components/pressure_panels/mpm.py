@@ -1,8 +1,8 @@
-"""Pressure panels in explicit MPM: what the contact of obstacles changes at the nodes, summed up over an interval.
+"""Pressure panels in explicit MPM: what the contact of an obstacle changes at nodes, summed up over an interval.
 
     p = -sum_i share_i sum_steps m_i (v_i' - v_i) . d / (A T)
 
-v_i, v_i': velocity of node i before and after obstacles acted, m_i its mass, d the direction of the push, share_i of
+v_i, v_i': velocity of node i before and after the obstacle acted, m_i its mass, d the direction of the push, share_i of
 the node on the panel (`.face`), A the area of the panel, T the interval. Positive where the snow pushes along d.
 """
 
@@ -46,18 +46,17 @@ class PressurePanels(Adapter):
         """Find the nodes beside each obstacle."""
         self._solver = solver
         self._panels = [OnFace(solver, self._obstacles, self._ground, *one) for one in self._faces]
+        self._of = {id(panels.surface): panels for panels in self._panels}
 
-    def after_ground(self, grid):
-        """Note the velocities that obstacles find."""
-        if self._solver.damping_factor == 1.0:
-            for panels in self._panels:
-                panels.note(grid)
+    def before_obstacle(self, grid, surface):
+        """Note the velocities that an obstacle finds."""
+        if self._solver.damping_factor == 1.0 and (panels := self._of.get(id(surface))):
+            panels.note(grid)
 
-    def after_surfaces(self, write_back):
-        """Add what the obstacles have changed."""
-        if self._solver.damping_factor == 1.0:
-            for panels in self._panels:
-                panels.add(self._solver.grid)
+    def after_obstacle(self, grid, surface):
+        """Add what it has changed."""
+        if self._solver.damping_factor == 1.0 and (panels := self._of.get(id(surface))):
+            panels.add(grid)
 
     def end_step(self, dt):
         """End the intervals that are over."""
@@ -104,9 +103,9 @@ class OnFace:
         self._face = face = Face.of(own.shape, spec, f"obstacles.{index}", bounds)
         self.name, self._interval, self._dim = own.name, interval, solver.dim
         frame, dx = solver.frame, solver.dx
-        self._surface = solver.obstacles[index]
-        self._surface_index = solver.surfaces.index(self._surface)
-        places, points, normals = self._nodes(own, obstacles, frame.origin, dx)
+        self.surface = solver.obstacles[index]
+        self._surface_index = solver.surfaces.index(self.surface)
+        places, points, normals = self._nodes(own, frame.origin, dx)
         self.n = len(points)
         self._shares = face.shares(points, normals, dx, lambda axis: bounds(points, axis))
         self._around = Around(*(int_array(table) for table in places))
@@ -117,9 +116,9 @@ class OnFace:
         self._contact, self._rows = None, int_array([0])
         self.restart()
 
-    def _nodes(self, own, obstacles, origin, dx):
-        """(lower (dim,), shape (dim,), index of each node of the box, -1 of those that are too far or nearer to another
-        obstacle), points (n, dim) [m] and normals (n, dim) of the others."""
+    def _nodes(self, own, origin, dx):
+        """(lower (dim,), shape (dim,), index of each node of the box, -1 of those that are too far), points (n, dim)
+        [m] and normals (n, dim) of the others."""
         vertices = own.shape.drawing()[0]
         lower = np.floor((vertices.min(axis=0) - origin) / dx - MARGIN).astype(int)
         upper = np.ceil((vertices.max(axis=0) - origin) / dx + MARGIN).astype(int) + 1
@@ -134,10 +133,6 @@ class OnFace:
             x = (np.column_stack([np.full(sheet, k), rest]) + lower) * dx + origin
             distance, normal = own.shape.query(x)
             chosen = np.flatnonzero(np.abs(distance) <= MARGIN * dx)
-            for other in obstacles:
-                if other is not own and other.still and len(chosen):
-                    nearer = other.shape.query(x[chosen])[0] < distance[chosen]
-                    chosen = chosen[~nearer]
             index[k * sheet + chosen] = sum(map(len, points)) + np.arange(len(chosen))
             points.append(x[chosen])
             normals.append(normal[chosen])
@@ -184,7 +179,9 @@ class OnFace:
         self._since = self._time
 
     def take(self):
-        """Rows since the last call: (about, {name: (values (k, ...), unit)})."""
+        """Rows since the last call, up to now: (about, {name: (values (k, ...), unit)})."""
+        if self._time > self._since * (1.0 + 1e-12):
+            self._row()
         across, up = self._face.counts
         k = len(self._times)
         rows = {"time": (np.array(self._times), "s"),

@@ -97,6 +97,7 @@ def test_maps_and_masses_leave_out_what_nothing_has_moved(tmp_path):
     assert numbers["release_mass"] == pytest.approx(release, rel=1e-3)
     assert numbers["deposit_mass"] == pytest.approx(run.history["mass"][-1], rel=1e-3)
     assert run.history["entrained_mass"][-1] < 0.05 * release
+    assert numbers["release_area"] == pytest.approx(8.0, rel=0.02)  # of the release alone
     assert len(run.frame(-1).points) > len(run.frame(0).points)
 
 
@@ -121,6 +122,8 @@ def test_wrong_covers(changes, said):
 
 @pytest.mark.parametrize(("changes", "said"), [
     ({"initial": {"stress": "settle"}}, "settle"), ({"solver": {"dx": 0.2, "method": "sph"}}, "mpm"),
+    ({"gravity": {"ramp": 0.5}}, "gravity that changes"),
+    ({"events": [{"kind": "remove", "body": "cover", "start": 0.5}]}, "must be a body without laid_ahead"),
     ({"bodies": [slope().bodies[1].model_dump(exclude_unset=True)]}, "needs a body without it")])
 def test_scenes_that_it_does_not_go_with(changes, said):
     with pytest.raises((InputError, ValueError), match=said):

@@ -149,7 +149,7 @@ def test_what_check_says():
     assert {"obstacles.0.panels.size", "obstacles.0.panels.interval"} <= set(keys)
 
 
-@pytest.mark.parametrize("harm", ["short", "about", "axes"])
+@pytest.mark.parametrize("harm", ["short", "about", "number", "axes", "far", "empty", "times", "nan", "direction"])
 def test_a_changed_file_is_told(harm, tmp_path):
     run = snowmpm.run(at_rest(0.0, 0.2), tmp_path / "run")
     with h5py.File(run.path, "r+") as h5:
@@ -158,7 +158,50 @@ def test_a_changed_file_is_told(harm, tmp_path):
             group["pressure"].resize(1, axis=0)
         elif harm == "about":
             group.attrs["about"] = "[1]"
+        elif harm == "number":
+            group.attrs["about"] = 1
+        elif harm == "empty":
+            del group["pressure"]
+            group.create_dataset("pressure", (len(group["time"]), 7, 0))
+        elif harm == "times":
+            group["time"][:] = 0.0
+        elif harm == "nan":
+            group["pressure"][:] = np.nan
         else:
-            group.attrs["about"] = group.attrs["about"].replace('"first"', '"last"')
+            change = {"axes": ('"first"', '"last"'), "far": ('"edges": [1.0,', '"edges": [1e308,'),
+                      "direction": ("[-1.0, 0.0]", "[NaN, 0.0]")}[harm]
+            assert change[0] in group.attrs["about"]
+            group.attrs["about"] = group.attrs["about"].replace(*change)
     with pytest.raises(InputError):
         panels_of(Run(run.path))
+
+
+@pytest.mark.parametrize("joint", [1.0, 1.06])
+def test_obstacles_that_touch_have_each_their_own_push(joint, tmp_path):
+    """A wall of two boxes, whose joint lies on a line of the grid or beside it."""
+    tables = at_rest(0.0, 0.2).model_dump(exclude_unset=True)
+    wall = tables["obstacles"][0]
+    tables["bodies"][0]["shape"]["max"] = [1.0, 1.3]
+    tables["obstacles"] = [{**wall, "name": name, "shape": {"kind": "box", "min": [-0.4, low], "max": [0.0, high]}}
+                           for name, low, high in (("low", -0.2, joint), ("high", joint, 1.5))]
+    run = snowmpm.run(Scene.model_validate(tables), tmp_path / "run")
+    for name, one in panels_of(run).items():
+        given = one.impulse.sum() * one.area + one.force_beside @ one.spans
+        assert given == pytest.approx(-run.obstacles[name].impulse[-1][0], rel=1e-6)
+
+
+@pytest.mark.parametrize("interval", [0.07, 1e9])
+def test_the_last_mean_ends_with_the_run(interval, tmp_path):
+    run = snowmpm.run(at_rest(0.0, 0.2, interval=interval).model_copy(update={"end_time": 0.15}), tmp_path / "run")
+    one = panels_of(run)["wall"]
+    assert one.time[-1] == pytest.approx(0.15) and one.spans.max() < 0.1 + 1e-9
+    given = one.impulse.sum() * one.area + one.force_beside @ one.spans
+    assert given == pytest.approx(-run.obstacles["wall"].impulse[-1][0], rel=1e-6)
+
+
+def test_a_direction_against_the_flow_is_told():
+    tables = impact().model_dump(exclude_unset=True)
+    tables["obstacles"][0]["panels"]["direction"] = [-1.0, 0.0, 0.0]
+    keys = [caution.key for caution in advise(Scene.model_validate(tables)).cautions]
+    assert "obstacles.0.panels.direction" in keys
+    assert "obstacles.0.panels.direction" not in [caution.key for caution in advise(impact()).cautions]
