@@ -48,6 +48,17 @@ class Scheme(Choice):
         return [("solver.depth.scheme", "columns")]
 
 
+@dataclass(frozen=True)
+class Damping(Choice):
+    """Damping of steps that are solved for."""
+
+    @property
+    def dotted(self) -> list[tuple[str, Any]]:
+        return [("solver.implicit.damping", self.values["implicit"].damping)]
+
+
+CALM = 0.3
+"""Damping with which water under a sudden load follows the exact solution (tests/verification/test_solved_water.py)."""
 GRAINS_AT_RANDOM = Choice({"sampling": "poisson"}, "rows of a lattice part where a column of grains stretches, and its"
                                                    " heap sinks by up to a quarter")
 GRAINS_CALM = Choice({"transfer": "aflip", "flip_ratio": 0.99}, "the viscosity of apic stops a column of grains a tenth"
@@ -60,6 +71,8 @@ def choices(scene: "Scene") -> list[Choice]:
     """`Choice`s for a scene whose tables have been validated individually."""
     if scene.solver.in_plan and not scene.saw_test:
         return _columns(scene)
+    if scene.solver.method == "implicit":
+        return _calm_water(scene)
     if scene.solver.method != "mpm" or scene.saw_test:
         return []
     if any(body.material not in scene.materials for body in scene.bodies):  # which is refused
@@ -73,6 +86,15 @@ def _columns(scene):
     """Columns where the scene needs them, and names no scheme."""
     found = for_columns(scene, last=not scene.switch)
     return _chosen(scene.solver, f"{found[0][0]} {found[0][2]}") if found else []
+
+
+def _calm_water(scene):
+    """Damping of water in steps with inertia, whose waves they cannot follow."""
+    solved = scene.solver.implicit
+    if not (scene.get("water") and solved and solved.time == "newmark") or "damping" in solved.model_fields_set:
+        return []
+    return [Damping({"implicit": solved.model_copy(update={"damping": CALM})},
+                    "without damping waves in the water swing on: 13 % of the pressure after ten steps")]
 
 
 def taking_over(solver):

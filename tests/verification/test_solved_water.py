@@ -60,11 +60,13 @@ def test_settlement():
 @pytest.mark.slow
 @pytest.mark.parametrize("damping", [pytest.param(0.0, marks=pytest.mark.xfail(
     strict=True, reason="0.127 of the start pressure, 0.033 asked: the average acceleration keeps the start's swings,"
-                        " which such steps cannot follow")), 0.3])
+                        " which such steps cannot follow")), 0.3, None])
 def test_with_inertia(damping):
-    """Newmark's steps of 1e-2 s, of which waves cross 7 cells: no worse than twice those at rest."""
-    simulation = Simulation(column(0.1, solver={"implicit": {"time": "newmark", "dt": 1e-2, "damping": damping}},
+    """Newmark's steps of 1e-2 s, of which waves cross 7 cells: no worse than twice those at rest; None: by default."""
+    given = {} if damping is None else {"damping": damping}
+    simulation = Simulation(column(0.1, solver={"implicit": {"time": "newmark", "dt": 1e-2, **given}},
                                    water={"split": "monolithic"}))
+    assert damping is not None or simulation.scene.solver.implicit.damping == 0.3
     while simulation.time < 0.1 - 1e-12:
         simulation.step(until=0.1)
     assert simulation.audit()["water_residual"] < 1e-13
