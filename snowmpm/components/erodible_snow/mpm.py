@@ -186,10 +186,6 @@ class ErodibleSnow(Adapter):
         width = "/m" if self._solver.dim == 2 else ""
         return {"cover_energy": f"J{width}", "cover_mass": f"kg{width}", "deposited_mass": f"kg{width}"}
 
-    def to_come(self, time):
-        """Covers do nothing by themselves."""
-        return False
-
     def work(self):
         """Particles that are looked at."""
         return {"step": 1, "particle": self._store.count}
@@ -226,11 +222,11 @@ class _PlanCells:
 
     def __init__(self, plan, ahead, dx):
         self._ahead = ahead
-        self._side = max(dx, float(ahead.min(initial=np.inf)) / CELLS)
+        self._side = max(dx, float(ahead.min()) / CELLS)
         cell = np.floor(plan / self._side).astype(np.int64)
-        self._margin = int(np.ceil(ahead.max(initial=0.0) / self._side)) + 1
-        self._low = cell.min(axis=0, initial=0) - self._margin
-        self._shape = cell.max(axis=0, initial=0) + self._margin + 1 - self._low
+        self._margin = int(np.ceil(ahead.max() / self._side)) + 1
+        self._low = cell.min(axis=0) - self._margin
+        self._shape = np.ptp(cell, axis=0) + 2 * self._margin + 1
         self._place = tuple((cell - self._low).T)
 
     def beside(self, laid):

@@ -5,6 +5,7 @@ import pytest
 
 import snowmpm
 from snowmpm.advice.report import advise
+from snowmpm.components.erodible_snow.mpm import _PlanCells
 from snowmpm.errors import InputError
 from snowmpm.scenes.schema import Scene
 from tests.support.same_runs import assert_goes_on_alike
@@ -128,6 +129,18 @@ def test_wrong_covers(changes, said):
 def test_scenes_that_it_does_not_go_with(changes, said):
     with pytest.raises((InputError, ValueError), match=said):
         snowmpm.Simulation(slope(**changes))
+
+
+def test_a_cover_far_from_the_origin_needs_no_more_memory():
+    """Coordinates of a country."""
+    x, y = np.meshgrid(np.arange(0.0, 50.0, 0.5), np.arange(0.0, 20.0, 0.5))
+    plan = np.column_stack([x.ravel(), y.ravel()])
+    away = np.array([2.6e6, 1.2e6])
+    near, far = (_PlanCells(plan + shift, np.full(len(plan), 4.0), 0.5) for shift in (0.0, away))
+    assert (near._shape == far._shape).all()
+    flow = np.array([[-2.0, 10.0]])
+    np.testing.assert_array_equal(near.near(flow), far.near(flow + away))
+    assert near.near(flow).sum() == (np.hypot(*(np.floor(plan) - [-2.0, 10.0]).T) <= 4.0).sum()
 
 
 def test_what_check_says():
