@@ -112,10 +112,11 @@ class ParticleFields:
         """Mass per reference volume [kg/m3], water included, (n,)."""
         return self.materials.density[self["material"]] + self.water()[:, 0]
 
-    def flowing(self) -> NDArray[np.bool_]:
-        """Which particles (n,) are part of the flow: all but those that lie as they were laid."""
+    def flowing(self) -> NDArray[np.bool_] | slice:
+        """Which particles (n,) are part of the flow: all, as a slice that copies nothing, or all but those that lie as
+        they were laid."""
         if not self._still:
-            return np.ones(len(self.snapshot.labels), bool)
+            return slice(None)
         return self.column(self._still)[:, 0] <= 0.0
 
     def state(self) -> Floats:
