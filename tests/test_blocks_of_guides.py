@@ -141,8 +141,8 @@ def shorter(line, folder):
             words[3:4] = [f"{words[3]}.toml", "-o", f"campaigns/{words[3]}"]
         elif words[1] in ("render", "plot", "report", "export", "maps", "new"):
             words += ["--overwrite"]
-        if "--time" in words:  # given runs end at 0.5 s
-            words[words.index("--time") + 1] = "0.3"
+        if "--time" in words:  # given runs end at 0.5 s, runs of the guide itself after two frames
+            words[words.index("--time") + 1] = "0.2"
         if words[:1] == ["cp"]:
             words[1] = str(ROOT / words[1])
         if words[:2] == ["snowmpm", "micro"]:
