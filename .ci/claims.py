@@ -15,8 +15,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import tomllib
 from slow_table import ROOT, read
+
+try:
+    import tomllib
+except ModuleNotFoundError:  # Python 3.10
+    import tomli as tomllib
 
 CLAIMS, RESULTS, SLOW, MISSED = (ROOT / "tests" / name for name in (
     "claims.toml", "claims.csv", "slow_tests.csv", "expected_failures.csv"))
@@ -31,8 +35,6 @@ Made by `python .ci/claims.py` from the results of the tests: do not edit. A fig
 one of the tests, as it came out. Commit and date are those of the oldest result of the row. Tests that are not slow run
 in every CI besides. [Expected failures](expected_failures.md) are the gates that are missed.
 """
-
-
 MISSES_HEAD = """# Expected failures
 
 Made by `python .ci/claims.py` from `tests/expected_failures.csv`: do not edit. Tests that ask for a gate that is

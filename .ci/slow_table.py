@@ -23,6 +23,8 @@ OLDEST = 30
 """Days that a row may be older than the commit that is checked out."""
 LONGEST = 100
 """Characters of a figure that are kept."""
+FOLDERS = re.compile(r"(?<![\w./)])/(?:[\w.+-]+/)+")
+"""Folders of an absolute path: they differ from machine to machine."""
 COMPARISON = re.compile(r"\d.* (<|<=|==|>|>=) .*\d|\d (<|<=|==|>|>=) .*\d")
 
 
@@ -79,8 +81,9 @@ def seconds(row):
 
 
 def figure(text):
-    """The first line of an explained comparison, short: 'assert np.float64(0.5) < 1' -> '0.5 < 1'."""
-    line = text.strip().splitlines()[0] if text.strip() else ""
+    """The first line of an explained comparison, short: 'assert np.float64(0.5) < 1' -> '0.5 < 1'; of an absolute path
+    only the name of the file."""
+    line = FOLDERS.sub("", text.strip().splitlines()[0] if text.strip() else "")
     line = re.sub(r"np\.\w+\(([^()]*)\)", r"\1", line.removeprefix("AssertionError: ").removeprefix("assert "))
     line = re.sub(r"\d+\.\d{5,}(e[-+]?\d+)?", lambda found: f"{float(found[0]):.5g}", line)
     return line if len(line) <= LONGEST else line[:LONGEST - 1] + "…"

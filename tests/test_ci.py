@@ -106,7 +106,9 @@ def test_old_rows_and_failures_and_gaps_of_the_table_are_told(slow):
 
 @pytest.mark.parametrize(("text", "short"), [
     ("AssertionError: assert np.float64(0.0123456789) < 0.02\n  where", "0.012346 < 0.02"), ("", ""),
-    ("assert 1.5 == 1.0 ± 2.0e-02", "1.5 == 1.0 ± 2.0e-02")])
+    ("assert 1.5 == 1.0 ± 2.0e-02", "1.5 == 1.0 ± 2.0e-02"),
+    ("assert 2 in 'block (/srv/a-1/block.toml)'", "2 in 'block (block.toml)'"),
+    ("assert 3 / 4 < 1.5 kg/m3 of m/s/m", "3 / 4 < 1.5 kg/m3 of m/s/m")])
 def test_figures_of_slow_tests_are_short(slow, text, short):
     assert slow[1].figure(text) == short
 
