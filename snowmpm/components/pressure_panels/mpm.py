@@ -40,7 +40,7 @@ class PressurePanels(Adapter):
         self._obstacles, self._ground, self._faces = obstacles, ground, []
         for i, spec in enumerate(scene.obstacles):
             if spec.panels:
-                self._faces.append((i, spec.panels, interval_of(scene, spec.panels)))
+                self._faces.append((i, spec.panels, interval_of(scene, spec.panels), scene.source))
 
     def begin(self, solver):
         """Find the nodes beside each obstacle."""
@@ -94,13 +94,13 @@ class PressurePanels(Adapter):
 class OnFace:
     """Panels of one obstacle: the nodes beside it, what they gave since the last row, and rows."""
 
-    def __init__(self, solver, obstacles, ground, index, spec, interval):
+    def __init__(self, solver, obstacles, ground, index, spec, interval, source):
         own = obstacles[index]
 
         def bounds(points, axis):
             return _ends(solver, ground, points, axis)
 
-        self._face = face = Face.of(own.shape, spec, f"obstacles.{index}", bounds)
+        self._face = face = Face.of(own.shape, spec, bounds, f"obstacles.{index}", source)
         self.name, self._interval, self._dim = own.name, interval, solver.dim
         frame, dx = solver.frame, solver.dx
         self.surface = solver.obstacles[index]

@@ -142,6 +142,15 @@ def test_refused(keys, said):
         snowmpm.Simulation(Scene.model_validate(scene))
 
 
+def test_a_refusal_names_the_file(tmp_path):
+    file = tmp_path / "wall.toml"
+    scene = impact().model_dump(exclude_unset=True)
+    scene["obstacles"][0]["panels"]["size"] = 1e-3
+    file.write_text(Scene.model_validate(scene).to_toml(), encoding="utf-8")
+    with pytest.raises(InputError, match=r"wall\.toml: obstacles\.0\.panels\.size = 0\.001: must give at most 20000"):
+        snowmpm.Simulation(snowmpm.load_scene(file))
+
+
 def test_what_check_says():
     scene = impact().model_dump(exclude_unset=True)
     scene["obstacles"][0]["panels"] = {"size": 0.1, "direction": [1.0, 0.0, 0.0], "interval": 1e-4}
