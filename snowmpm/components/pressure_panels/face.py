@@ -40,8 +40,8 @@ class Face:
     @classmethod
     def of(cls, shape, panels, bounds, key, source):
         """Of a `SolidShape` and the scene's table, as far as snow can be: bounds, (points, axis) -> lower and upper end
-        of the snow along the axis (n,) [m], at each point; key, source: of the obstacle, and the scene's file. Raises
-        InputError for no panels or too many."""
+        of the snow along the axis (n,) [m], at each point; key of `size` and source of the scene. Raises InputError
+        for no panels or too many."""
         d = np.array(panels.direction, float) / np.linalg.norm(panels.direction)
         across, up = plane_of(d)
         vertices = shape.drawing()[0]
@@ -54,12 +54,11 @@ class Face:
             first[k] = max(along.min(), known.min()) if len(known) else along.min()
             lengths[k] = min(along.max(), high.max()) - first[k]
             if lengths[k] <= 0.0:
-                raise InputError.at(f"{key}.panels.size", panels.size, "finds no face above the ground to cut up",
-                                    source)
+                raise InputError.at(key, panels.size, "finds no face above the ground to cut up", source)
             counts[k] = max(1, int(np.ceil(lengths[k] / panels.size - 1e-9)))
         if counts[0] * counts[1] > MOST:
-            raise InputError.at(f"{key}.panels.size", panels.size,
-                                f"must give at most {MOST} panels, not {counts[0]} x {counts[1]}", source)
+            allowed = f"must give at most {MOST} panels, not {counts[0]} x {counts[1]}"
+            raise InputError.at(key, panels.size, allowed, source)
         return cls(d, float((vertices @ d).min()), across, up, first, (counts[0], counts[1]), lengths / counts)
 
     @property

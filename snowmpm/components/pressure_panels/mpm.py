@@ -100,7 +100,7 @@ class OnFace:
         def bounds(points, axis):
             return _ends(solver, ground, points, axis)
 
-        self._face = face = Face.of(own.shape, spec, bounds, f"obstacles.{index}", source)
+        self._face = face = Face.of(own.shape, spec, bounds, f"obstacles.{index}.panels.size", source)
         self.name, self._interval, self._dim = own.name, interval, solver.dim
         frame, dx = solver.frame, solver.dx
         self.surface = solver.obstacles[index]
