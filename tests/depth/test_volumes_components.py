@@ -55,6 +55,30 @@ def test_it_takes_up_what_columns_do(law, tmp_path):
     assert speed[1] == pytest.approx(speed[0], rel=0.04)
 
 
+@pytest.mark.parametrize("side", ["slip", "symmetric", "periodic"])
+@pytest.mark.parametrize("law", [None, "rate"])
+def test_snow_along_a_side_is_counted_once(side, law):
+    """A slab from side to side. Cells beyond a side are images of those within: they take nothing up, and their friction
+    is no work of this flow. Mass to 1e-9; work of friction that of columns to 2 %. Energy to 2 % of that work, and 5 %
+    with a cover, into whose place the snow above sinks."""
+    def rows(scheme):
+        cut = scene(scheme, **({"entrainment": cover(law)} if law else {})).model_dump(exclude_unset=True)
+        cut["domain"] = {"min": [0.0, 6.0, -40.0], "max": [60.0, 8.0, 20.0],
+                         "boundary": {"y_min": side, "y_max": side}}
+        cut["bodies"][0]["shape"] = {"kind": "layer", "top": 1.0, "region": {"x": [3.0, 15.0], "y": [6.0, 8.0]}}
+        simulation = snowmpm.Simulation(Scene.model_validate(cut))
+        first = simulation.audit()
+        while simulation.time < 1.5:
+            simulation.step(until=1.5)
+        return first, simulation.audit()
+
+    (first, row), (_, columns) = rows("volumes"), rows("columns")
+    assert row["mass"] + row["removed_mass"] == pytest.approx(first["mass"] + row["entrained_mass"], rel=1e-9)
+    assert row["contact_work"] == pytest.approx(columns["contact_work"], rel=0.02)
+    assert abs(row["energy_remainder"]) < (0.05 if law else 0.02) * row["contact_work"]
+    assert (row["entrained_mass"] > 0.02 * first["mass"]) == (law is not None)
+
+
 def test_a_cover_is_taken_up_once(tmp_path):
     """All of it where the flow is strong, and the ground sinks by its thickness."""
     simulation = snowmpm.Simulation(scene(entrainment=cover("strength", 0.2)))

@@ -28,6 +28,7 @@ from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import strided, strides
 from snowmpm.depth.arrays import CoverArrays
+from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.volumes.arrays import (
     DRIVEN,
     DRY,
@@ -68,6 +69,11 @@ def kernels(real, law, takes, serial):
     cover_names = takes.PARAMETERS if takes else law.PARAMETERS
     taking = takes is not None
     n_numbers, n_cover = len(names._fields), len(cover_names._fields)
+
+    @ti.func
+    def within(tiles: ti.template(), i, j):
+        """Whether a cell lies within the sides. Those beyond are images of such cells, or snow that leaves."""
+        return MARGIN <= i < tiles.nx - MARGIN and MARGIN <= j < tiles.ny - MARGIN
 
     @ti.func
     def of_cover(cover: ti.template(), node):
@@ -150,7 +156,8 @@ def kernels(real, law, takes, serial):
                                 elif u == 0.0 and v == 0.0:
                                     state = HELD
                             if state == 0:
-                                work += ti.cast(found[3], ti.f64)
+                                if within(tiles, i, j):
+                                    work += ti.cast(found[3], ti.f64)
                                 cells.state[c, 1], cells.state[c, 2] = found[0], found[1]
                             cells.held[c] = state
                 report[tile, WORK] += work
@@ -356,11 +363,13 @@ def kernels(real, law, takes, serial):
                         if new > DRY and (u != 0.0 or v != 0.0):
                             found = resisted(cells, friction, cover, step, c, ti.Vector([new, u, v]), rest)
                             u, v = found[0], found[1]
-                            work += ti.cast(found[3], ti.f64)
+                            own = within(tiles, i, j)
+                            if own:
+                                work += ti.cast(found[3], ti.f64)
                             if ti.static(taking):
                                 node, area = friction.node[c], ti.cast(step.dx * step.dx, ti.f64)
                                 speed = surface_speed(u, v, sx, sy)
-                                if cover.mass[node] > 0.0 and speed > 0.0:
+                                if own and cover.mass[node] > 0.0 and speed > 0.0:
                                     # by the midpoint rule, since what is taken up makes the flow deeper and slower
                                     half = 1.0 + 0.5 * step.dt / (friction.rho * new) * pull_of(
                                         cells, friction, cover, step, c, new, u, v)

@@ -72,7 +72,8 @@ class VolumeSolver(PlanSolver):
         node = np.pad(grid.nodes(), MARGIN, mode="edge")
         self._friction = arrays.Friction(np.ascontiguousarray(node.ravel(), np.int32), self._place.astype(np.int32),
                                         np.ascontiguousarray(self._numbers), store.density)
-        self.heights = np.ascontiguousarray(self.bed.plain)
+        self._at_first = np.array(self.bed.plain)
+        self.heights = self._at_first.copy()
         """Heights (nx + 2 MARGIN, ny + 2 MARGIN) [m] of the ground under the middles of the cells as they are now."""
         store.heights = self.heights
         self._heights = self.heights.ravel()
@@ -104,6 +105,13 @@ class VolumeSolver(PlanSolver):
             for end in (0, 1):
                 if self._sides[axis][end] in WALLS:
                     self._one_side(self.heights, axis, end, lambda part, along: part)
+                elif self._sides[axis][end] == "periodic":  # the ground goes on there, and what changed it comes again
+                    changes = self.heights - self._at_first
+                    self._one_side(changes, axis, end, lambda part, along: part)
+                    beyond = slice(0, MARGIN) if end == 0 else slice(self.grid.shape[axis] + MARGIN, None)
+                    ground, first, change = (np.moveaxis(array, axis, 0)[beyond]
+                                             for array in (self.heights, self._at_first, changes))
+                    np.add(first, change, out=ground)
         with runtime.precision(self.precision):
             shape_kernel(self.real, self._serial)(self._cells, self._heights, self._tiles, self.grid.dx)
 
