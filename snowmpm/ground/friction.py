@@ -11,6 +11,7 @@ from snowmpm.reading.named_files import existing
 from snowmpm.terrain.raster_values import raster_values
 
 from .parametrised import STANDARD_GRAVITY, Parametrised
+from .states import stresses
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,17 @@ class GroundFriction:
                             gravity=gravity)
         except InputError as error:
             raise InputError(f"{self.source}: {error}" if self.source else str(error)) from None
+
+    def numbers_at(self, plan, surface, gravity):
+        """Numbers (n, parameters) at plan (n, dim - 1) [m] on a surface of the terrain. gravity [m/s2]: magnitude."""
+        if self.varies:
+            return self.on_nodes(*plan.T, on_terrain=np.isfinite(surface.height(plan)), gravity=gravity).T
+        return np.tile(np.array(self.law.parameters(gravity), float), (len(plan), 1))
+
+    def stress_at(self, plan, surface, gravity):
+        """Of friction: function(rows (k,) of plan, states (k, 4)) -> `states.stresses` there."""
+        numbers = self.numbers_at(plan, surface, gravity)
+        return lambda rows, states: stresses(type(self.law), numbers[rows], states)
 
 
 def on_nodes(law, system, x, y, *, base_dir=".", on_terrain=None, gravity=STANDARD_GRAVITY):

@@ -1,4 +1,4 @@
-"""Shear stress of a friction law at many states at once."""
+"""Function of a law of the ground at many states at once."""
 
 import functools
 
@@ -10,9 +10,8 @@ from snowmpm.materials.parameters import named
 
 
 @functools.cache
-def _kernel(law):
-    """Kernel of a law's class: numbers (n, parameters), states (n, 4) -> result (n, 2)."""
-    stress, names = law.stress, law.PARAMETERS
+def _kernel(function, names):
+    """Kernel of a function of a law: numbers (n, parameters), states (n, 4) -> result (n, 2)."""
     count = len(names._fields)
 
     @taichi_kernel
@@ -20,7 +19,7 @@ def _kernel(law):
         ti.loop_config(serialize=True)
         for i in range(states.shape[0]):
             vector = ti.Vector([numbers[i, k] for k in ti.static(range(count))])
-            found = stress(named(names, vector), states[i, 0], states[i, 1], states[i, 2], states[i, 3])
+            found = function(named(names, vector), states[i, 0], states[i, 1], states[i, 2], states[i, 3])
             result[i, 0], result[i, 1] = found[0], found[1]
 
     return evaluate
@@ -32,8 +31,13 @@ def stresses(law, numbers, states):
     numbers (n, parameters): in the order of its PARAMETERS; states (n, 4): density [kg/m3], normal stress [Pa], speed
     [m/s], depth [m].
     """
+    return evaluated(law.stress, law.PARAMETERS, numbers, states)
+
+
+def evaluated(function, names, numbers, states):
+    """(n, 2) of a Taichi function of a law, of its parameters (NamedTuple `names`) and four numbers of a state."""
     result = np.zeros((len(states), 2))
     if len(states):
         with runtime.precision("f64"):
-            _kernel(law)(np.ascontiguousarray(numbers, float), np.ascontiguousarray(states, float), result)
+            _kernel(function, names)(np.ascontiguousarray(numbers, float), np.ascontiguousarray(states, float), result)
     return result

@@ -15,6 +15,7 @@ Where the law does not depend on the speed, coefficients are computed again only
 """
 
 import functools
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -87,38 +88,90 @@ def _sums_kernel(layout, real):
     return add_up
 
 
+class BasalStates(NamedTuple):
+    """The flow over the nodes in plan of a window: `there` (nx, ny) where there is snow, `first` node along x and y,
+    `rows` (k,) of these places among all nodes, `states` (k, 4): density [kg/m3], normal stress [Pa], speed [m/s] and
+    thickness [m]; volumes (k,): of the particles of each node alone [m3]; cosines (k,): of the slope of the ground."""
+
+    there: Any
+    first: tuple[int, int]
+    rows: Any
+    states: Any
+    volumes: Any
+    cosines: Any
+
+
+class OverGround:
+    """Nodes in plan over the ground, and what particles make of them. plan (n, dim - 1) [m]: their places; shape: along
+    x and y; cosines: of the slope there; holes: where there is no ground; gravity: magnitude [m/s2]."""
+
+    def __init__(self, lower, upper, dx, height, gravity):
+        """lower, upper (dim,) [m]; height(plan) -> (n,), NaN where there is no ground; gravity (dim,) [m/s2]."""
+        self._dx, self._base, self.gravity = dx, float(lower[-1]), float(np.linalg.norm(gravity))
+        axes = len(lower) - 1
+        count = np.ceil((np.asarray(upper) - lower)[:axes] / dx).astype(int) + 1 + 2 * ROOM
+        self.shape = (int(count[0]), int(count[1]) if axes == 2 else 1)
+        places = [lower[a] + dx * (np.arange(count[a]) - ROOM) for a in range(axes)]
+        self.plan = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, axes)
+        z = np.asarray(height(self.plan), float).reshape(self.shape)
+        self.holes = np.isnan(z)
+        if self.holes.any():
+            from scipy.ndimage import distance_transform_edt  # slow to import
+
+            z = z[tuple(distance_transform_edt(self.holes, return_distances=False, return_indices=True))]
+        self._heights = z
+        slopes = [np.gradient(z, dx, axis=a) for a in range(axes)]
+        self.cosines = 1.0 / np.sqrt(1.0 + sum(slope**2 for slope in slopes))
+        self._rows = np.arange(len(self.plan)).reshape(self.shape)
+
+    def states(self, store):
+        """`BasalStates` of the particles (`particles.SortedParticles`) as they are now."""
+        edge, axes = EDGE[store.dim], store.dim - 1
+        blocks = store.blocks.coordinates[:, :axes]
+        # A particle may stray from its block before the next sort; contact asks for nodes beyond it
+        low = [int(v) for v in edge * (blocks.min(axis=0) - 1) + ROOM - 2]
+        high = [int(v) for v in edge * (blocks.max(axis=0) + 2) + ROOM + 3]
+        part = tuple(slice(max(0, min(a, n - 1)), max(1, min(b, n)))
+                     for a, b, n in zip([*low, 0], [*high, 1], self.shape, strict=False))
+        table = np.zeros((*self._heights[part].shape, 5))
+        table[..., HEIGHT] = self._heights[part]
+        first = part[0].start - ROOM, part[1].start - ROOM if axes == 2 else 0
+        with runtime.precision(store.precision):
+            _sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
+                store.reals, store.material, store.materials.numbers, store.start, store.coordinates, table,
+                np.array([store.slot_offset, *first, len(store.blocks)], np.int32), np.array([self._dx, self._base]))
+        from scipy.ndimage import uniform_filter
+
+        around = (AROUND, AROUND if axes == 2 else 1, 1)
+        sums = uniform_filter(table[..., :HEIGHT], size=around, mode="constant")
+        there = sums[..., MASS] > 1e-12 * sums[..., MASS].max()
+        mass, _, speed, volume = sums[there].T
+        cosine, density = self.cosines[part][there], mass / volume
+        depth = _depths(table[..., MASS], sums, self._dx**axes)[there]
+        thick = np.maximum(cosine * depth, LEAST_THICKNESS * self._dx)
+        sigma = density * self.gravity * thick * cosine
+        return BasalStates(there, first, self._rows[part][there],
+                           np.column_stack([density, sigma, speed / mass, thick]), table[..., VOLUME][there], cosine)
+
+
 class BasalFriction:
     """coefficients: Taichi (nx, ny) of a window of the nodes in plan; window: first node of it along x and y, and how
     many there are (ints)."""
 
-    def __init__(self, law, lower, upper, dx, height, gravity):
+    def __init__(self, law, nodes, dx):
         """law(plan (n, dim - 1)) -> function(rows (k,), states (k, 4)) -> dry part and rate (k, 2) of the law at the
-        places of these rows (`ground.states`); lower, upper (dim,) [m]; height(plan) -> (n,), NaN where there is no
-        ground; gravity: magnitude [m/s2]."""
-        self._dx, self._g, self._base = dx, gravity, float(lower[-1])
-        axes = len(lower) - 1
-        count = np.ceil((np.asarray(upper) - lower)[:axes] / dx).astype(int) + 1 + 2 * ROOM
-        self._shape = (int(count[0]), int(count[1]) if axes == 2 else 1)
-        places = [lower[a] + dx * (np.arange(count[a]) - ROOM) for a in range(axes)]
-        plan = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, axes)
-        z = np.asarray(height(plan), float).reshape(self._shape)
-        if np.isnan(z).any():
-            from scipy.ndimage import distance_transform_edt  # slow to import
-
-            z = z[tuple(distance_transform_edt(np.isnan(z), return_distances=False, return_indices=True))]
-        self._heights = z
-        slopes = [np.gradient(z, dx, axis=a) for a in range(axes)]
-        self._cosines = 1.0 / np.sqrt(1.0 + sum(slope**2 for slope in slopes))
-        self._stress = law(plan)
-        self._rows = np.arange(len(plan)).reshape(self._shape)
+        places of these rows (`ground.states`); nodes: `OverGround`."""
+        self._dx, self._nodes = dx, nodes
+        self._stress = law(nodes.plan)
         self.window, self.coefficients = (0, 0, 1, 1), real_array(np.zeros((1, 1)))
         self._in_every_step = self._depends_on_speed()
         self._moved, self._changes = np.inf, 0
 
     def _depends_on_speed(self):
         density, sigma, thick = PROBED
-        slow, fast = (self._stress(self._rows.ravel(), np.tile([density, sigma, v, thick], (self._rows.size, 1)))
-                      @ [1.0, v] for v in (0.0, 10.0))
+        rows = np.arange(len(self._nodes.plan))
+        slow, fast = (self._stress(rows, np.tile([density, sigma, v, thick], (len(rows), 1))) @ [1.0, v]
+                      for v in (0.0, 10.0))
         return not np.array_equal(slow, fast)
 
     def update(self, store, distance):
@@ -144,35 +197,12 @@ class BasalFriction:
         self._changes = store.changes
 
     def _compute(self, store):
-        edge, axes = EDGE[store.dim], store.dim - 1
-        blocks = store.blocks.coordinates[:, :axes]
-        # A particle may stray from its block before the next sort; contact asks for nodes beyond it
-        low = [int(v) for v in edge * (blocks.min(axis=0) - 1) + ROOM - 2]
-        high = [int(v) for v in edge * (blocks.max(axis=0) + 2) + ROOM + 3]
-        part = tuple(slice(max(0, min(a, n - 1)), max(1, min(b, n)))
-                     for a, b, n in zip([*low, 0], [*high, 1], self._shape, strict=False))
-        table = np.zeros((*self._heights[part].shape, 5))
-        table[..., HEIGHT] = self._heights[part]
-        first = [part[0].start - ROOM, part[1].start - ROOM if axes == 2 else 0]
-        with runtime.precision(store.precision):
-            _sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
-                store.reals, store.material, store.materials.numbers, store.start, store.coordinates, table,
-                np.array([store.slot_offset, *first, len(store.blocks)], np.int32), np.array([self._dx, self._base]))
-        from scipy.ndimage import uniform_filter
-
-        around = (AROUND, AROUND if axes == 2 else 1, 1)
-        sums = uniform_filter(table[..., :HEIGHT], size=around, mode="constant")
-        there = sums[..., MASS] > 1e-12 * sums[..., MASS].max()
-        mass, _, speed, volume = sums[there].T
-        cosine, density = self._cosines[part][there], mass / volume
-        depth = _depths(table[..., MASS], sums, self._dx**axes)[there]
-        thick = np.maximum(cosine * depth, LEAST_THICKNESS * self._dx)
-        sigma = density * self._g * thick * cosine
-        states = np.column_stack([density, sigma, speed / mass, thick])
-        dry, rate = self._stress(self._rows[part][there], states).T
-        mu = np.zeros(there.shape)
-        mu[there] = np.maximum(0.0, dry + rate * states[:, 2]) / np.maximum(sigma, 1e-12)
-        self.coefficients, self.window = real_array(mu), (*first, *mu.shape)
+        over = self._nodes.states(store)
+        sigma, speed = over.states[:, 1:3].T
+        dry, rate = self._stress(over.rows, over.states).T
+        mu = np.zeros(over.there.shape)
+        mu[over.there] = np.maximum(0.0, dry + rate * speed) / np.maximum(sigma, 1e-12)
+        self.coefficients, self.window = real_array(mu), (*over.first, *mu.shape)
 
 
 def _depths(mass, sums, area):

@@ -44,15 +44,17 @@ def _block(method, dim, side):
                  "kind": "box", "min": [0.0] * dim, "max": [float(side)] * dim}}]}
 
 
-def _more_by(plain, component):
-    """-> (solver with a component, median over steps of the ns that it adds to a step, on the table's machine)."""
+def _more_by(plain, component, looks=0):
+    """-> (solver with a component, median over steps of the ns that it adds to a step, on the table's machine). looks:
+    steps to warm up and to take the mean of, for a component that does not act in each."""
     both = {**plain, **component}, plain
     solvers, taken, slowness = [Simulation(Scene.model_validate(one)).solver for one in both], [], Slowness()
     dt = 0.5 * min(solver.stable_dt()[0] for solver in solvers)
-    for _ in range(WARM_UP + (SOLVED_PAIRS if "implicit" in plain["solver"] else PAIRS)):
+    warm_up = looks or WARM_UP
+    for _ in range(warm_up + (looks or (SOLVED_PAIRS if "implicit" in plain["solver"] else PAIRS))):
         slowness.sample()
         taken.append([_seconds_of_step(solver, dt) for solver in solvers])
-    more = np.median([row[0] - row[1] for row in taken[WARM_UP:]])
+    more = (np.mean if looks else np.median)([row[0] - row[1] for row in taken[warm_up:]])
     return solvers[0], 1e9 * more / slowness()[1]
 
 
@@ -105,6 +107,26 @@ def covers():
         particle = max(0.0, (long - short) / (many - few))
         yield "mpm erodible_snow", dim, "f32", "particle", particle
         yield "mpm erodible_snow", dim, "f32", "step", max(0.0, short - particle * few)
+
+
+def beds():
+    """ns that thin snow cover which is taken up adds to a step, a particle and in all: of blocks that slide over such
+    snow and over bare ground. Looks at it and particles that join are a share of the steps: their mean counts."""
+    for dim in (2, 3):
+        found = []
+        for side in SIDES["mpm", dim]:
+            plain = _block("mpm", dim, side)
+            plain["bodies"][0]["velocity"] = [10.0] + [0.0] * (dim - 1)
+            plain["domain"] = {"min": [-4.0] * dim, "max": [side + 24.0] * dim}
+            ground = {"kind": "plane", "angle": 0.0, "contact": "separate", "friction": 0.3}
+            cover = {"law": "erosion_energy", "energy": 2000.0, "thickness": 1.0}
+            covered = {"terrain": {**ground, "entrainment": cover}}
+            solver, more = _more_by({**plain, "terrain": ground}, covered, looks=60)
+            found.append((solver.particles.count, more))
+        (few, short), (many, long) = found
+        particle = max(0.0, (long - short) / (many - few))
+        yield "mpm entrainment", dim, "f32", "particle", particle
+        yield "mpm entrainment", dim, "f32", "step", max(0.0, short - particle * few)
 
 
 def frameworks():

