@@ -2,10 +2,12 @@
 under mixed loading", Geophysical Research Letters, in the form in which weac has them: a line up to (p_T, tau_T), and
 from there a quarter of an ellipse to (p_T + p0, 0).
 
-    tau = tau_T (sigma + p0 - p_T) / p0,   sigma <= p_T;      ((sigma - p_T) / p0)^2 + (tau / tau_T)^2 = 1,   sigma > p_T
+    tau = tau_T (sigma + p0 - p_T) / p0                     sigma <= p_T
+    ((sigma - p_T) / p0)^2 + (tau / tau_T)^2 = 1            sigma > p_T
 
-sigma is positive in compression. So p_T is the normal stress at the tip, not a tensile strength, and p_T + p0 the strength
-in compression. Where the line meets tau = 0 in tension is an extrapolation. The article's text was not at hand.
+sigma is positive in compression. So p_T is the normal stress at the tip, not a tensile strength, and p_T + p0 the
+strength in compression. Where the line meets tau = 0 in tension is an extrapolation. The article itself was not at
+hand, weac's code was; its ellipse lacks the scale tau_T, which is put in here.
 """
 
 from dataclasses import dataclass
