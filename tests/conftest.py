@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from snowmpm.cli import watch
 from snowmpm.cli.app import app
 from snowmpm.compiler import runtime
+from tests.support.expected_failures import pytest_runtest_makereport  # noqa: F401  a hook
 
 TOGETHER = {
     "campaigns": ("tests/campaigns/",),

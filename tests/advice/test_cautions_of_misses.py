@@ -19,7 +19,7 @@ def test_water_that_swings_on(damping, warned):
     assert bool(told(scene, "solver.implicit.damping")) == warned
 
 
-@pytest.mark.parametrize(("dx", "warned"), [(None, True), (0.5, False)])
+@pytest.mark.parametrize(("dx", "warned"), [(None, True), pytest.param(0.5, False, marks=pytest.mark.slow)])
 def test_a_weak_layer_of_two_cells_rubs(dx, warned):
     """On half the spacing it has four."""
     scene = load_scene("slab_release_resolved")

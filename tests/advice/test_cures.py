@@ -15,8 +15,9 @@ from snowmpm.scenes.loader import with_overrides
 
 DOCS = Path(__file__).parents[2] / "docs"
 LARGE = {"avalanche_on_raster", "column_collapse_3d", "crown_and_flanks", "impact_mast", "mast", "microstructure",
-         "pst", "remote_trigger", "slab_release", "slab_release_interface", "slab_release_resolved", "slope_release"}
-COARSER = {"remote_trigger", "slab_release", "slab_release_interface", "slope_release"}
+         "pst", "remote_trigger", "slab_release", "slab_release_interface", "slab_release_resolved", "slope_release",
+         "snow_cover"}
+COARSER = {"remote_trigger", "slab_release", "slab_release_interface", "slope_release", "snow_cover"}
 """Large ones that are tried on coarser cells too."""
 SETTING = re.compile(r'((?:[A-Za-z_]\w*)(?:\.\w+)+) = ("[^"]*"|\[[^\]]*\]|[-+\w.]*\w)')
 CHANGES = {
