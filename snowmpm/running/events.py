@@ -135,7 +135,8 @@ class BodyLoad(Push):
         particles = simulation.solver.particles
         if self._of != (particles.count, particles.mass):
             self._of, fields = (particles.count, particles.mass), simulation.particles
-            self._mass = float(fields["mass"][fields["body"] == self._body].sum())
+            first, end = simulation.numbers_of_body(self._body)  # without snow that joined it on the way
+            self._mass = float(fields["mass"][(fields["id"] >= first) & (fields["id"] < end)].sum())
         if self._mass > 0.0:
             gain = (given - self._given) / self._mass * np.asarray(spec.force)
             simulation.solver.push(simulation.numbers_of_body(self._body), gain, self._mass)

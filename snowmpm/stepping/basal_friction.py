@@ -91,7 +91,8 @@ def _sums_kernel(layout, real):
 class BasalStates(NamedTuple):
     """The flow over the nodes in plan of a window: `there` (nx, ny) where there is snow, `first` node along x and y,
     `rows` (k,) of these places among all nodes, `states` (k, 4): density [kg/m3], normal stress [Pa], speed [m/s] and
-    thickness [m]; volumes (k,): of the particles of each node alone [m3]; cosines (k,): of the slope of the ground."""
+    thickness [m]; volumes (k,): of the particles of each node alone [m3]; cosines (k,): of the slope of the ground;
+    gaps (k,): how far the snow would have to fall on the ground, from its mean height above it [m]."""
 
     there: Any
     first: tuple[int, int]
@@ -99,6 +100,7 @@ class BasalStates(NamedTuple):
     states: Any
     volumes: Any
     cosines: Any
+    gaps: Any
 
 
 class OverGround:
@@ -145,13 +147,14 @@ class OverGround:
         around = (AROUND, AROUND if axes == 2 else 1, 1)
         sums = uniform_filter(table[..., :HEIGHT], size=around, mode="constant")
         there = sums[..., MASS] > 1e-12 * sums[..., MASS].max()
-        mass, _, speed, volume = sums[there].T
+        mass, lift, speed, volume = sums[there].T
         cosine, density = self.cosines[part][there], mass / volume
         depth = _depths(table[..., MASS], sums, self._dx**axes)[there]
         thick = np.maximum(cosine * depth, LEAST_THICKNESS * self._dx)
         sigma = density * self.gravity * thick * cosine
         return BasalStates(there, first, self._rows[part][there],
-                           np.column_stack([density, sigma, speed / mass, thick]), table[..., VOLUME][there], cosine)
+                           np.column_stack([density, sigma, speed / mass, thick]), table[..., VOLUME][there], cosine,
+                           lift / mass - 0.5 * thick / cosine)
 
 
 class BasalFriction:

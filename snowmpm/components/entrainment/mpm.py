@@ -4,7 +4,8 @@ Over each node of the grid in plan lies its share of the cover. What a law takes
 and the friction of the flow above (`stepping.basal_friction`), adds up until it makes a particle: of the material of
 the lowest particle there and with its stress, at half its own height above the ground. The snow over it is raised by
 its volume. A cover that friction sets in motion joins with the impulse of that, or else at rest, and shares its
-velocity with all snow above.
+velocity with all snow above. Snow that flies takes nothing up; nor do laws by friction under snow that counts as at
+rest, on which friction is less than that of sliding.
 
 A flow may pass over a node before the law has taken a whole particle there. So each node begins with a part of one, all
 parts equally often: over many nodes as much joins as the laws take, to a few particles.
@@ -18,6 +19,7 @@ from snowmpm.ground.states import evaluated
 from snowmpm.particles.blocks import fields_of
 from snowmpm.particles.population import Population
 from snowmpm.particles.store import IDENTITY, MATERIAL
+from snowmpm.quantities.motion import MOVING_SPEED
 from snowmpm.stepping.basal_friction import ROOM, OverGround
 from snowmpm.stepping.component import Adapter
 
@@ -25,9 +27,12 @@ LOOK = 0.5
 """Cells that snow and waves over the bed may go before the law is asked anew."""
 JOIN = 2.0
 """Cells that they may go before what has been taken joins, which costs as much as some steps."""
+LEAST = 0.125
+"""Volume of the smallest particles over the usual one; of a thinner cover, one joins at a part of the nodes."""
+TOUCHES = 1.0
+"""Cells that snow may lie or fly above the ground to count as flow over it."""
 SPREAD = np.array([[0.7548776662466927, 0.5698402909980532], [0.6180339887498949, 0.0]])
 """Parts of a cell by which one particle lies beside the one before: in 3-D, in 2-D."""
-
 
 
 def adapter(model):
@@ -56,17 +61,38 @@ class SnowCover(Adapter):
         population, names = model.population, self._law.PARAMETERS._fields
         thickness, density = (self._numbers[:, names.index(name)] for name in ("thickness", "density"))
         half, plan = 0.5 * solver.dx, nodes.plan
-        inside = ((plan >= model.lower[:-1] - half) & (plan <= model.upper[:-1] + half)).all(axis=1)
-        self._area = solver.dx ** (solver.dim - 1) / nodes.cosines.ravel()  # of bed
-        self._cover = np.where(inside & ~nodes.holes.ravel(), thickness * density * self._area, 0.0)
+        self._plan_area = np.maximum(0.0, np.minimum(plan + half, model.upper[:-1])
+                                     - np.maximum(plan - half, model.lower[:-1])).prod(axis=1)
+        bare = nodes.holes.ravel() | self._built_over()
+        self._cover = np.where(bare, 0.0, thickness * density * self._plan_area / nodes.cosines.ravel())
         usual = solver.particles.mass / population.volumes.sum() * model.scene.solver.spacing(solver.dim) ** solver.dim
-        self._portion = self._cover / np.maximum(1.0, np.round(self._cover / usual))
+        self._portion = np.maximum(self._cover / np.maximum(1.0, np.round(self._cover / usual)), LEAST * usual)
         places = np.indices(nodes.shape).reshape(2, -1)
         self._begun = (SPREAD[3 - solver.dim] @ places) % 1.0 * self._portion
+        self._flows = np.array([law.YIELDS for law in model.all_laws])
         self._places, self._bodies = population.positions, model.body_of
         self._first = len(self._places)
         self._wave = float(np.sqrt(np.linalg.norm(solver.gravity) * solver.dx))
         self.restart()
+
+    def _built_over(self):
+        """Nodes (n,) on whose ground an obstacle stands that does not move."""
+        model, plan = self._model, self._nodes.plan
+        found = np.zeros(len(plan), bool)
+        for obstacle in model.obstacles:
+            if obstacle.still:
+                corners = obstacle.shape.drawing()[0][:, :-1]
+                near = np.flatnonzero(((plan >= corners.min(axis=0)) & (plan <= corners.max(axis=0))).all(axis=1))
+                ground = np.asarray(model.surface.height(plan[near]), float)
+                near, ground = near[np.isfinite(ground)], ground[np.isfinite(ground)]
+                if len(near):
+                    found[near] |= obstacle.shape.query(np.column_stack([plan[near], ground + self._height]))[0] < 0.0
+        return found
+
+    @property
+    def _height(self):
+        """At which particles join, above level ground [m]."""
+        return 0.5 * self._model.scene.solver.spacing(self._solver.dim)
 
     def restart(self):
         """Time zero is now."""
@@ -83,7 +109,7 @@ class SnowCover(Adapter):
         store = self._solver.particles
         store.origins, store.bodies = (None, None) if len(places) == self._first else (places, bodies)
 
-    def before_step(self, dt, pushed):
+    def end_step(self, dt):
         """Take up what the flow has set in motion since the last look."""
         solver = self._solver
         if solver.damping_factor == 1.0 and solver.particles.count:
@@ -97,7 +123,6 @@ class SnowCover(Adapter):
                 ready = np.flatnonzero((self._since > 0.0) & (self._owed >= self._portion * (1.0 - 1e-9)))
                 if len(ready):
                     self._join(ready)
-        return pushed
 
     def _take_up(self):
         """What the law takes in the time since the last look."""
@@ -106,11 +131,11 @@ class SnowCover(Adapter):
         tau = np.zeros(len(rows))
         if self._stress:
             dry, rate = self._stress(rows, over.states).T
-            tau = np.maximum(0.0, dry + rate * speed)
+            tau = np.where(speed > MOVING_SPEED, np.maximum(0.0, dry + rate * speed), 0.0)
         rates, borne = evaluated(self._law.intake, self._law.PARAMETERS, self._numbers[rows],
                                  np.column_stack([density, tau, speed, thick])).T
-        # an edge of the snow covers a part of the bed of a node
-        bed = self._area[rows] * over.volumes * over.cosines / (thick * self._solver.dx ** (self._solver.dim - 1))
+        # of the bed of a node, as much as its snow covers that is as thick as around it
+        bed = np.where(over.gaps < TOUCHES * self._solver.dx, over.volumes / thick, 0.0)
         # friction takes no more momentum than the flow has: at speeds near 0 the law of a strength would
         wanted = np.minimum(np.maximum(0.0, rates) * bed * self._elapsed, density * over.volumes)
         taken = np.minimum(wanted, self._left[rows])
@@ -127,7 +152,7 @@ class SnowCover(Adapter):
         cells = (x[:, :-1] - self._model.lower[:-1]) / solver.dx + ROOM
         place = np.column_stack([np.floor(cells + 0.5).astype(int), np.zeros((len(x), 3 - dim), int)])
         node = np.ravel_multi_index(tuple(place.T), self._nodes.shape, mode="clip")
-        above = np.flatnonzero(np.isin(node, ready))
+        above = np.flatnonzero(np.isin(node, ready) & self._flows[labels[:, MATERIAL]])
         above = above[np.lexsort((x[above, -1], node[above]))]
         ready, lowest = np.unique(node[above], return_index=True)
         donors = above[lowest]
@@ -186,8 +211,9 @@ class SnowCover(Adapter):
         from scipy.ndimage import map_coordinates  # slow to import
 
         dim, shape = self._solver.dim, self._nodes.shape
-        raised = np.bincount(nodes, volumes, len(self._cover)).reshape(shape) / self._solver.dx ** (dim - 1)
-        return map_coordinates(raised if dim == 3 else raised[:, 0], cells.T, order=1, mode="constant")
+        raised = np.bincount(nodes, volumes, len(self._cover)) / np.maximum(self._plan_area, 1e-300)
+        return map_coordinates(raised.reshape(shape)[:, slice(None) if dim == 3 else 0], cells.T, order=1,
+                               mode="constant")
 
     def _beside(self, plan, cosines, numbers):
         """Places of particles with these numbers near nodes in plan, on the ground."""
@@ -201,7 +227,7 @@ class SnowCover(Adapter):
         if hole.any():
             beside[hole] = plan[hole]
             height[hole] = model.surface.height(plan[hole])
-        return np.column_stack([beside, height + 0.5 * model.scene.solver.spacing(solver.dim) / cosines])
+        return np.column_stack([beside, height + self._height / cosines])
 
     def entrained(self):
         """Mass that has joined [kg]."""
@@ -240,9 +266,20 @@ class SnowCover(Adapter):
                 "places": self._places[self._first :].copy(), "bodies": self._bodies[self._first :].copy()}
 
     def restore(self, state):
-        """Take over what `state()` gave."""
+        """Take over what `state()` gave. Raises ValueError for what no run leaves."""
+        found = {name: np.array(state[name], float) for name in ("left", "owed", "since", "push", "given", "sums",
+                                                                 "places", "bodies")}
+        now, most = self.state(), len(self._model.scene.bodies)
+        fits = all(np.isfinite(values).all() and values.shape[1:] == now[name].shape[1:]
+                   and (name in ("places", "bodies") or values.shape == now[name].shape)
+                   for name, values in found.items())
+        bodies = found["bodies"].astype(int)
+        if not (fits and len(bodies) == len(found["places"]) and ((bodies >= 0) & (bodies < most)).all()
+                and (found["left"] >= 0.0).all() and (found["left"] <= self._cover).all()
+                and (found["owed"] >= 0.0).all() and (found["owed"] <= self._cover + self._portion).all()):
+            raise ValueError("snow cover that is none of this scene")
         self._left, self._owed, self._since, self._push, self._given = (
-            np.array(state[name], float) for name in ("left", "owed", "since", "push", "given"))
-        self._way, self._looked, self._elapsed, self._joined, self._energy, self._mixed = map(float, state["sums"])
-        self._keep(np.vstack([self._places[: self._first], state["places"]]),
-                   np.concatenate([self._bodies[: self._first], np.asarray(state["bodies"], int)]))
+            found[name] for name in ("left", "owed", "since", "push", "given"))
+        self._way, self._looked, self._elapsed, self._joined, self._energy, self._mixed = map(float, found["sums"])
+        self._keep(np.vstack([self._places[: self._first], found["places"]]),
+                   np.concatenate([self._bodies[: self._first], bodies]))
