@@ -154,7 +154,10 @@ def gather_kernel(real, law, takes, load, serial):
                                 bed_numbers[k] = ti.cast(cover.numbers[cover.place[here], k], real)
                             share = nodes.values[own + here][NODE - 1]
                             taken = step.dt * column[INTAKE] * share
-                            borne = intake(named(cover_names, bed_numbers), own_rho, tau[0] + tau[1] * before, before,
+                            # by the friction of its weight: see `volumes.kernels`
+                            sigma = ti.max(ti.cast(0.0, real), sigma - rho * thickness * (normal - cosine * step.g))
+                            pull = stress(named(names, numbers), own_rho, sigma, before, thickness)
+                            borne = intake(named(cover_names, bed_numbers), own_rho, pull[0] + pull[1] * before, before,
                                            thickness)[1]
                             tau *= 1.0 + share * (borne - 1.0)
                         slowed = ti.max(0.0, speed - step.dt * tau[0] / weight) / (1.0 + step.dt * tau[1] / weight)

@@ -21,6 +21,7 @@ from snowmpm.depth.columns import Columns
 from snowmpm.depth.intake import Intake
 from snowmpm.depth.nodes import NODE, TOTALS, Tiles, node_kernel
 from snowmpm.depth.nodes import Step as NodeStep
+from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.plan_solver import WALLS, PlanSolver
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.stepping.contract import Around, StepLimits, Totals, Workload
@@ -178,8 +179,15 @@ class DepthSolver(PlanSolver, Around):
                               "lower solver.cfl or check the friction of the ground")
 
     def _inside(self):
-        """Whether each column is over ground, inside the domain (n,)."""
+        """Whether each column is over ground, inside the domain (n,). SimulationError: one went further in a step than
+        what is known of the ground beyond the sides."""
         cells = self.particles.cells.to_numpy()[: self.particles.count]
+        beyond = np.maximum(-cells, cells - self.grid.shape + 1).max(axis=1)
+        if (beyond >= MARGIN).any():
+            which = self.particles.identity.to_numpy()[np.argmax(beyond)]
+            raise SimulationError(f"column {which} went more than {MARGIN} cells beyond the domain in one step, at t ="
+                                  f" {self.time:.6g} s, step {self.steps}:\nlower solver.cfl, or look for what pushes"
+                                  " it, such as a snow cover thicker than the flow")
         inside = ((cells >= 0) & (cells < self.grid.shape)).all(axis=1)
         inside[inside] = ~self.bed.holes[tuple(cells[inside].T)]
         return inside

@@ -93,20 +93,13 @@ def test_without_a_cover_both_methods_come_alike(measured):
 
 @pytest.mark.slow
 def test_a_weak_cover_is_taken_up_as_by_the_depth_averaged_flow(measured):
-    """Mass to a quarter; on the way the flow in space is ahead, for it first runs over what the other has to carry at
-    once."""
+    """Mass to a quarter, front at the end to 15 %; on the way the flow in space is ahead, for it first runs over what
+    the other has to carry at once."""
     taken, fronts = measured("mpm", 0.4, 100.0)
     all_of_it, also = measured("depth", 0.4, 0.0)
-    assert taken == pytest.approx(all_of_it, rel=0.25) and fronts[1] > also[1]
+    assert taken == pytest.approx(all_of_it, rel=0.25)
+    assert fronts[-1] == pytest.approx(also[-1], rel=0.15) and fronts[1] > also[1]
     assert taken < 7.2  # Sovilla et al. (2001), doi:10.3189/172756401781819058: up to 720 % of the release
-
-
-@pytest.mark.slow
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="73.5 m for 58 m: what runs over the cover is not braked "
-                   "by it, and a depth-averaged flow carries all of it from the first metre on")
-def test_over_a_weak_cover_both_end_at_one_place(measured):
-    """To 15 %."""
-    assert measured("mpm", 0.4, 100.0)[1][-1] == pytest.approx(measured("depth", 0.4, 0.0)[1][-1], rel=0.15)
 
 
 @pytest.mark.slow

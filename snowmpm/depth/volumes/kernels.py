@@ -103,7 +103,8 @@ def kernels(real, law, takes, serial):
         if ti.static(taking):
             lasts = cover.mass[node] > 0.0
             if lasts:
-                tau *= intake(named(cover_names, of_cover(cover, node)), friction.rho, tau[0] + tau[1] * speed, speed,
+                pull = stress(named(names, numbers), friction.rho, weight * cosine * step.g, speed, depth)
+                tau *= intake(named(cover_names, of_cover(cover, node)), friction.rho, pull[0] + pull[1] * speed, speed,
                               depth)[1]
         slowed = ti.max(0.0 * H, speed - dt * tau[0] / weight) / (1.0 + dt * tau[1] / weight)
         if tau[1] < 0.0:  # a law that weakens with speed
@@ -113,13 +114,15 @@ def kernels(real, law, takes, serial):
 
     @ti.func
     def pull_of(cells: ti.template(), friction: ti.template(), cover: ti.template(), step: ti.template(), c, H, u, v):
-        """Snow cover [kg/m2 over plan, s] that a flow of depth H and velocity u, v would take up."""
+        """Snow cover [kg/m2 over plan, s] that a flow of depth H and velocity u, v would take up: by the friction of
+        its weight. With that of the ground's bends, hollows would deepen that the flow makes itself, the faster the
+        shorter they are."""
         cosine, node = cells.ground[c, 5], friction.node[c]
         depth, speed = (ti.max(ti.cast(LEAST_DEPTH, real), H * cosine),
                         surface_speed(u, v, cells.ground[c, 0], cells.ground[c, 1]))
         at = ti.max(friction.place[node], 0)
         numbers = ti.Vector([ti.cast(friction.numbers[at, k], real) for k in ti.static(range(n_numbers))])
-        sigma = friction.rho * depth * normal_of(cells, step, c, u, v)
+        sigma = friction.rho * depth * cosine * step.g
         tau = stress(named(names, numbers), friction.rho, sigma, speed, depth)
         return intake(named(cover_names, of_cover(cover, node)), friction.rho, tau[0] + tau[1] * speed, speed,
                       depth)[0] / cosine

@@ -7,7 +7,7 @@ import snowmpm
 from snowmpm.components.entrainment.depth import SnowCover
 from snowmpm.components.entrainment.laws import ErosionEnergy, Rate, Strength
 from snowmpm.depth.solver import DepthSolver
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, SimulationError
 from snowmpm.ground import Coulomb
 from snowmpm.materials import Elastic
 from snowmpm.particles.population import Population
@@ -154,3 +154,45 @@ def test_other_methods_refuse_snow_cover():
     tables["solver"]["method"] = "sph"
     with pytest.raises(InputError, match=r"terrain\.entrainment\.law"):
         snowmpm.Simulation(Scene.model_validate(tables))
+
+
+def test_a_column_that_flies_off_is_named():
+    """As a flow of 1.2 m does that takes 2 m of cover up at speeds near zero and bursts apart: ground is not known
+    there, and an index was out of bounds."""
+    tables = scene().model_dump(exclude_unset=True)
+    tables["solver"]["depth"] = {"scheme": "columns"}
+    solver = snowmpm.Simulation(Scene.model_validate(tables)).solver
+    cells = solver.particles.cells.to_numpy()
+    cells[0] = solver.grid.shape + 5
+    solver.particles.cells.from_numpy(cells)
+    with pytest.raises(SimulationError, match=r"column \d+ went more than 4 cells beyond the domain in one step"):
+        solver._inside()
+
+
+@pytest.mark.parametrize(("scheme", "share"), [("volumes", 0.002), ("columns", 0.025)])
+def test_an_even_slab_on_a_cover_with_a_strength_stays_even(scheme, share):
+    """Its speed is v0 + g (sin - mu cos) t, whatever it takes up: 0.2 %, by columns 2.2 %. With the pressure of bends
+    in the friction that breaks the cover up, hollows that the flow made deepened themselves: speeds between 7.7 and
+    9.3 m/s after a second on cells of 0.5 m, 0 and 6.3 m/s on 0.25 m."""
+    slope, speed = np.radians(30.0), 6.0
+    tables = {
+        "name": "even", "dimension": 3, "end_time": 1.0, "output": {"interval": 0.5},
+        "solver": {"method": "depth", "dx": 0.25, "precision": "f64", "depth": {"scheme": scheme}},
+        "domain": {"min": [-5.0, 0.0, -50.0], "max": [60.0, 1.0, 8.0], "boundary": {"y_min": "slip", "y_max": "slip"}},
+        "terrain": {"kind": "plane", "angle": 30.0, "friction": MU, "entrainment": {
+            "law": "strength", "strength": 400.0, "thickness": 2.0, "density": 200.0}},
+        "materials": {"snow": SNOW},
+        "bodies": [{"name": "slab", "material": "snow",
+                    "velocity": [speed * np.cos(slope), 0.0, -speed * np.sin(slope)],
+                    "shape": {"kind": "layer", "top": 1.2, "region": {"x": [0.0, 40.0], "y": [0.0, 1.0]}}}]}
+    simulation = snowmpm.Simulation(Scene.model_validate(tables))
+    while simulation.time < 1.0:
+        simulation.step(until=1.0)
+    fields = simulation.particles
+    x, v = fields["position"][:, 0], np.linalg.norm(fields["velocity"], axis=1)
+    middle = (x > 17.0) & (x < 32.0)
+    exact = speed + G * (np.sin(slope) - MU * np.cos(slope))
+    np.testing.assert_allclose(v[middle], exact, rtol=share)
+    depth = fields["depth"][middle]
+    assert depth.mean() > 1.15 * 1.2
+    assert scheme == "columns" or depth.max() / depth.min() < 1.01  # columns are uneven as they come, by 16 %
