@@ -4,8 +4,8 @@
 
 F = V / (g h)^(1/2), S = s / h, M = m / (rho h^2), with the speed V and the thickness s with which a slide of mass
 m (of a unit of width) comes, alpha: slope of the ramp, h and rho: depth and density of the water. Heller and Hager
-(2010), doi:10.1061/(ASCE)WW.1943-5460.0000037; (2014), doi:10.3390/jmse2020400. Granular slides in a channel scatter by
-30 % around it.
+(2010), doi:10.1061/(ASCE)WW.1943-5460.0000037; (2014), doi:10.3390/jmse2020400, neither of which was at hand when this
+was written. Granular slides in a channel scatter by 30 % around it.
 
 Slide and water share a velocity where they meet. The water is a law with a friction of half a degree, whose waves are
 ten times as fast as it flows. Gauges are four cells wide.
