@@ -14,17 +14,18 @@ RATE, AIR, ADDED, PULL, FACES, DRAG = 0, 1, 2, 3, 6, 9
 in, volume that kept a cell from running below empty, both over the area of a cell [m]; momentum (3) over the area of a
 cell [kg/m/s] by weight, by what crossed faces, by drag of ground and air."""
 
-PASSING = 14
-UP, DOWN, LAID, TO_CORE, TO_GROUND, WORK, LIFT, DISPERSED, DUST = 0, 1, 2, 3, 6, 9, 10, 11, 12
+PASSING = 15
+UP, DOWN, LAID, TO_CORE, TO_GROUND, WORK, LIFT, DISPERSED, DUST, FASTEST, COVER = 0, 1, 2, 3, 6, 9, 10, 11, 12, 13, 14
 """Numbers of a tile's report of an exchange, over the area of a cell: ice from the flow to the cloud, back, and to the
 ground [kg/m2]; momentum (3) that the flow got, and the ground and the air from settling; kinetic [J/m2] and potential
-energy that the flow got; air of a cloud that dispersed [m]; its ice [kg/m2]."""
+energy that the flow got; air of a cloud that dispersed [m]; its ice [kg/m2]; RATE of a step; ice from the snow cover [kg/m2]."""
 
 
 class Cloud(NamedTuple):
     """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 4), that at the start of the step
-    `first` (n, 4), slopes (n, 8), flux (n, 2, 5) of the faces towards +x and +y, peaks (n, 4) so far, laid (n,) [kg/m2
-    in plan], own (n,): whether a cell lies within the sides and has ground."""
+    `first` (n, 4), slopes (n, 8), flux (n, 2, 5) of the faces towards +x and +y, peaks (n, 4) so far, laid and cover (n,)
+    [kg/m2 in plan]: on the ground, and snow that may be taken up; own (n,): whether a cell lies within the sides and has
+    ground."""
 
     state: Array
     first: Array
@@ -32,6 +33,7 @@ class Cloud(NamedTuple):
     flux: Array
     peaks: Array
     laid: Array
+    cover: Array
     own: Array
 
 
@@ -66,7 +68,8 @@ class Step(NamedTuple):
 
 class Numbers(NamedTuple):
     """rho_a, rho_i - rho_a, rho_i [kg/m3]; factors <cu>, <uu>, <cuu>, and of u^2 and c u^2 at the foot; drags of the
-    ground, between the layers, of the top; fall speed [m/s]; rate and stress of the suspension."""
+    ground, between the layers, of the top; fall speed [m/s]; rate and stress of the suspension, and of what takes
+    the snow cover up."""
 
     air: Double
     excess: Double
@@ -82,3 +85,5 @@ class Numbers(NamedTuple):
     fall: Double
     rate: Double
     stress: Double
+    cover_rate: Double
+    cover_stress: Double

@@ -42,6 +42,12 @@ class PowderLayer(Spec):
     """of the grains, in place of that of their diameter [m/s]; 0: nothing falls out"""
     bed_concentration: Literal["parker_1986", "uniform"] = "parker_1986"
     """concentration at the bed over the mean, by which grains fall out"""
+    cover_load: NonNegative = 0.0
+    """snow cover that the cloud may take up by itself, normal to the ground [kg/m2]; 0: none"""
+    cover_rate: NonNegative = 1.0
+    """k of the law of the snow cover [-]; chosen, not measured"""
+    cover_stress: NonNegative = 10.0
+    """tau_s of it [Pa]"""
     ground_drag: NonNegative = 0.008
     """C_02 of the stress C rho u^2 on the ground, where no flow moves under the cloud [-]"""
     core_drag: NonNegative = 0.04
@@ -68,6 +74,9 @@ def refuse(scene: Any) -> None:
     if scene.solver.in_plan and not scene.solver.in_volumes:
         raise InputError.at("powder_layer.profile", scene.powder_layer.profile, "does not go with solver.depth.scheme ="
                             ' "columns": its cells lie over those of "volumes"', scene.source)
+    if scene.powder_layer.cover_load > 0.0 and scene.terrain.get("entrainment"):
+        raise InputError.at("powder_layer.cover_load", scene.powder_layer.cover_load, "does not go with"
+                            " terrain.entrainment: both would take up one snow cover", scene.source)
 
 
 def told(scene: Any) -> dict[str, str]:
@@ -77,5 +86,5 @@ def told(scene: Any) -> dict[str, str]:
 
 COMPONENTS.add(Component(
     "powder_layer", __package__, "powder layer", asked, order=60, keys={"scene": OfScene},
-    adapters={"depth": f"{__package__}.volumes:adapter"}, beside=("switch", "zone", "saw_test"), refuse=refuse, told=told,
-    cautions=f"{__package__}.cautions", costs={"step": 1.5e6, "cell": 500.0}))
+    adapters={"depth": f"{__package__}.volumes:adapter"}, beside=("switch", "zone", "saw_test"), refuse=refuse,
+    told=told, cautions=f"{__package__}.cautions", costs={"step": 1.5e6, "cell": 500.0}))

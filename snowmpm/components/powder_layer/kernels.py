@@ -79,6 +79,12 @@ def weight_of(numbers: ti.template(), V, ice):
 
 
 @ti.func
+def density_of(cloud: ti.template(), numbers: ti.template(), c):
+    """rho_2 [kg/m3]; that of air where there is no cloud."""
+    return numbers.air + numbers.excess * cloud.state[c, 1] / ti.max(cloud.state[c, 0], LEAST)
+
+
+@ti.func
 def velocity_in(cloud: ti.template(), numbers: ti.template(), c):
     """w of a cell [m/s]."""
     V, found = cloud.state[c, 0], ti.Vector([0.0, 0.0])
