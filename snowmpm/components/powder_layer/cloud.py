@@ -43,7 +43,7 @@ class PowderCloud:
         self.state, self.peaks = np.zeros((nx, ny, arrays.STATE)), np.zeros((nx, ny, arrays.PEAKS))
         self.laid, own = np.zeros((nx, ny)), np.zeros((nx, ny), np.int32)
         own[MARGIN:-MARGIN, MARGIN:-MARGIN] = ~holes
-        self.cover = np.where(own > 0, options.cover_load / below.ground[..., 5], 0.0)
+        self.cover = np.divide(options.cover_load, below.ground[..., 5], out=np.zeros((nx, ny)), where=own > 0)
         self._own, self._image = own > 0, self._images()
         self._first, self._slopes, self._flux = (np.zeros((n, size)) for size in (
             arrays.STATE, arrays.SLOPES, 2 * arrays.FLUX))
