@@ -5,7 +5,7 @@ from typing import NamedTuple
 from snowmpm.compiler.groups import Array, Double
 
 STATE, SLOPES, FLUX, PEAKS = 4, 8, 5, 4
-"""Numbers of a cell: V, I, M_x, M_y; slopes of V, I, u, v along x, then along y; of a flux: volume, ice, momentum
+"""Numbers of a cell: V, I, M_x, M_y; slopes of V, c, u, v along x, then along y; of a flux: volume, ice, momentum
 across and along the face, pressure; of peaks: height, pressure of the means, pressure at the foot, speed."""
 
 REPORT = 12

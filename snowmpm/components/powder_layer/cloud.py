@@ -189,7 +189,7 @@ class PowderCloud:
 
     def _lose(self):
         """What left over an open side, or came to cells without ground, is gone."""
-        lost = ~self._own & (self.state[..., 0] > 0.0)
+        lost = ~self._own & (self.state[..., :2] > 0.0).any(axis=-1)
         if lost.any():
             gone = self.state[lost & ~self._image]
             self.sums["left_air"] += float((gone[:, 0] - gone[:, 1]).sum()) * self.area

@@ -12,10 +12,10 @@ G^-1 = I - s s / (1 + s^2), m = rho_a V + (rho_i - rho_a) I the mass and M the m
 which are the equations of the guide (`docs/powder_layer.md`), with what the layers exchange left to `exchange`. Air that
 is taken in is at rest. Cloud of the density of air feels neither weight nor pressure.
 
-Fluxes by HLL (Harten, Lax, van Leer 1983, doi:10.1137/1025002) from limited slopes of V, I and w; two stages (Shu, Osher
+Fluxes by HLL (Harten, Lax, van Leer 1983, doi:10.1137/1025002) from limited slopes of V, c and w; two stages (Shu, Osher
 1988, doi:10.1016/0021-9991(88)90177-5), each of which reckons drag with the new velocity. Of second order where nothing
 but drag acts; of first order in time in the drag, with states that do not change exact. With sum |lambda| dt / dx below
-1/2 over both axes V and I stay positive. Velocities cross faces as in `depth.volumes.kernels`: turned from plane to plane
+1/2 over both axes V and I stay positive, and c within its bounds. Velocities cross faces as in `depth.volumes.kernels`: turned from plane to plane
 without a change of speed, and pressure against that within the cell.
 """
 
@@ -85,6 +85,18 @@ def density_of(cloud: ti.template(), numbers: ti.template(), c):
 
 
 @ti.func
+def share_of(cloud: ti.template(), c):
+    """c, the share of ice in the volume of a cell."""
+    return cloud.state[c, 1] / ti.max(cloud.state[c, 0], 1e-300)
+
+
+@ti.func
+def smaller(a, b):
+    """The smaller of two differences of one sign, 0 where they differ in it (minmod)."""
+    return ti.select(a * b > 0.0, ti.select(ti.abs(a) < ti.abs(b), a, b), 0.0)
+
+
+@ti.func
 def velocity_in(cloud: ti.template(), numbers: ti.template(), c):
     """w of a cell [m/s]."""
     V, found = cloud.state[c, 0], ti.Vector([0.0, 0.0])
@@ -146,10 +158,12 @@ def kernels(air_law, serial):
                             for axis in ti.static(range(2)):
                                 step = ti.select(axis == 0, tiles.ny, 1)
                                 up, down = c + step, c - step
-                                for k in ti.static(range(2)):
-                                    cloud.slopes[c, 4 * axis + k] = limited(
-                                        cloud.state[up, k] - cloud.state[c, k], cloud.state[c, k] - cloud.state[down, k])
+                                cloud.slopes[c, 4 * axis] = limited(cloud.state[up, 0] - cloud.state[c, 0],
+                                                                    cloud.state[c, 0] - cloud.state[down, 0])
                                 if cloud.state[up, 0] > LEAST and cloud.state[down, 0] > LEAST:
+                                    part = share_of(cloud, c)
+                                    cloud.slopes[c, 4 * axis + 1] = smaller(share_of(cloud, up) - part,
+                                                                            part - share_of(cloud, down))
                                     over = slope_of(below, i + 1 - axis, j + axis)
                                     under = slope_of(below, i - 1 + axis, j - axis)
                                     ahead = carried(velocity_in(cloud, numbers, up), over, cosine_of(over), s, cosine_of(s))
@@ -164,12 +178,14 @@ def kernels(air_law, serial):
         """V, I, u, v on a side of a face; place (3): number of the cell, i, j; towards: 1/2 or -1/2; plane: the slope of
         the face."""
         c = place[0]
-        w, s = velocity_in(cloud, numbers, c), slope_of(below, place[1], place[2])
+        w, s, V = velocity_in(cloud, numbers, c), slope_of(below, place[1], place[2]), cloud.state[c, 0]
         for k in ti.static(range(2)):
             w[k] += towards * cloud.slopes[c, 4 * axis + 2 + k]
         w = carried(w, s, cosine_of(s), plane, cosine_of(plane))
-        return ti.Vector([ti.max(0.0, cloud.state[c, 0] + towards * cloud.slopes[c, 4 * axis]),
-                          ti.max(0.0, cloud.state[c, 1] + towards * cloud.slopes[c, 4 * axis + 1]), w[0], w[1]])
+        change = towards * cloud.slopes[c, 4 * axis]
+        # the volume on the other side weighs, so that the ice of both is that of the cell, and c within its bounds
+        part = share_of(cloud, c) + towards * cloud.slopes[c, 4 * axis + 1] * (V - change) / ti.max(V, LEAST)
+        return ti.Vector([V + change, (V + change) * part, w[0], w[1]])
 
     @ti.func
     def through(numbers: ti.template(), one, stiff, metric, axis: ti.template()):
