@@ -47,7 +47,8 @@ def read(cloud):
     V, ice, mx, my = np.moveaxis(cloud.inner, -1, 0)
     held = V > 1e-9
     weight = AIR_DENSITY * V + cloud.numbers.cu * EXCESS * ice
-    return V, *(np.divide(one, by, out=np.zeros_like(V), where=held) for one, by in ((ice, V), (mx, weight), (my, weight)))
+    shares = (ice, V), (mx, weight), (my, weight)
+    return V, *(np.divide(one, by, out=np.zeros_like(V), where=held) for one, by in shares)
 
 
 def run_to(cloud, end, dt):

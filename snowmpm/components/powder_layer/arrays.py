@@ -17,15 +17,15 @@ cell [kg/m/s] by weight, by what crossed faces, by drag of ground and air."""
 PASSING = 15
 UP, DOWN, LAID, TO_CORE, TO_GROUND, WORK, LIFT, DISPERSED, DUST, FASTEST, COVER = 0, 1, 2, 3, 6, 9, 10, 11, 12, 13, 14
 """Numbers of a tile's report of an exchange, over the area of a cell: ice from the flow to the cloud, back, and to the
-ground [kg/m2]; momentum (3) that the flow got, and the ground and the air from settling; kinetic [J/m2] and potential
-energy that the flow got; air of a cloud that dispersed [m]; its ice [kg/m2]; RATE of a step; ice from the snow cover [kg/m2]."""
+ground [kg/m2]; momentum (3) that the flow got, and that ground and air got; kinetic and potential energy that the flow
+got [J/m2]; air of a cloud that dispersed [m], and its ice [kg/m2]; RATE of a step; ice from the snow cover [kg/m2]."""
 
 
 class Cloud(NamedTuple):
     """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 4), that at the start of the step
-    `first` (n, 4), slopes (n, 8), flux (n, 2, 5) of the faces towards +x and +y, peaks (n, 4) so far, laid and cover (n,)
-    [kg/m2 in plan]: on the ground, and snow that may be taken up; own (n,): whether a cell lies within the sides and has
-    ground."""
+    `first` (n, 4), slopes (n, 8), flux (n, 2, 5) of the faces towards +x and +y, peaks (n, 4) so far; laid and cover
+    (n,) [kg/m2 in plan]: ice on the ground, and snow that may be taken up; own (n,): whether a cell lies within the
+    sides and has ground."""
 
     state: Array
     first: Array

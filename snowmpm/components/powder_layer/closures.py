@@ -50,9 +50,9 @@ def by_speed(state, rate, threshold):
 
 
 def by_shear_excess(state, rate, threshold):
-    """m12 = rate max(0, tau - tau_c) / |u_1 - u_2| [kg/m2/s], tau = C_12 rho_2 |u_1 - u_2|^2: at rate 1 mass is exchanged
-    as momentum is. The analogy is that of SAMOS (Sampl, Zwinger 2004, doi:10.3189/172756404781814780); tau_c and the
-    form of the excess are chosen."""
+    """m12 = rate max(0, tau - tau_c) / |u_1 - u_2| [kg/m2/s], tau = C_12 rho_2 |u_1 - u_2|^2: at rate 1 mass is
+    exchanged as momentum is. The analogy is that of SAMOS (Sampl, Zwinger 2004, doi:10.3189/172756404781814780); tau_c
+    and the form of the excess are chosen."""
     return rate * max(0.0, state[3] - threshold) / max(state[2], 1e-3)
 
 

@@ -21,21 +21,24 @@ CELL_STEP = 200e-9
 
 SUMS = ("air", "dispersed", "left_air", "added", "suspended", "settled", "laid", "cover", "left_ice", "work", "lift")
 """Totals since time zero: volumes of air that was taken in, given back, and left [m3]; volume that kept cells from
-running below empty [m3]; ice that came from the flow, went back to it, to the ground, came from the snow cover, and left [kg]; kinetic and
-potential energy that the flow got [J]."""
+running below empty [m3]; ice that came from the flow, went back to it, went to the ground, came from the snow cover,
+and left [kg]; kinetic and potential energy that the flow got [J]."""
+PASSED = {"suspended": arrays.UP, "settled": arrays.DOWN, "laid": arrays.LAID, "work": arrays.WORK, "lift": arrays.LIFT,
+          "dispersed": arrays.DISPERSED, "cover": arrays.COVER}
+"""Those of an exchange, by the number of its report."""
 IMPULSES = ("pull", "faces", "drag", "core", "ground")
-"""Momentum (3) since time zero [N s] that the cloud got by weight, by pressure of the ground and sides, by drag of ground
-and air; that the flow got of it; that went to the ground with what settled."""
+"""Momentum (3) since time zero [N s] that the cloud got by weight, by pressure of the ground and sides, by drag of
+ground and air; that the flow got of it; that went to the ground with what settled."""
 
 
 class PowderCloud:
-    """A cloud over the cells of a plan grid. state (nx + 2 MARGIN, ny + 2 MARGIN, 4): V [m], I [m], M [kg/m/s]; laid and
-    cover (nx + 2 MARGIN, ny + 2 MARGIN): ice on the ground, and snow cover that may be taken up [kg/m2 in plan]; peaks (..., 4): `arrays.PEAKS` so far; sums, impulses:
-    SUMS and IMPULSES by name."""
+    """A cloud over the cells of a plan grid. state (nx + 2 MARGIN, ny + 2 MARGIN, 4): V [m], I [m], M [kg/m/s]; laid
+    and cover (...): ice on the ground, and snow cover that may be taken up [kg/m2 in plan]; peaks (..., 4): of
+    `arrays.PEAKS` so far; sums, impulses: SUMS and IMPULSES by name."""
 
     def __init__(self, below, grid, sides, holes, g, options):
-        """below: `arrays.Below`; grid: `depth.plan_grid.PlanGrid`; sides (2, 2): names of what stands at its ends; holes
-        (nx, ny): cells without ground; g [m/s2]; options: `declare.PowderLayer`."""
+        """below: `arrays.Below`; grid: `depth.plan_grid.PlanGrid`; sides (2, 2): names of what stands at its ends;
+        holes (nx, ny): cells without ground; g [m/s2]; options: `declare.PowderLayer`."""
         self.below, self.grid, self.sides, self.g, self.options = below, grid, sides, float(g), options
         self._real = runtime.DTYPES["f64" if below.state.dtype == np.float64 else "f32"][0]
         nx, ny = self.shape = tuple(int(n) + 2 * MARGIN for n in grid.shape)
@@ -112,8 +115,8 @@ class PowderCloud:
         return changed
 
     def move(self, dt, rate):
-        """The cloud by itself for dt [s], in steps of CFL. rate: sum over both axes of its signals over dx [1/s], 0 where
-        there is none."""
+        """The cloud by itself for dt [s], in steps of CFL. rate: sum over both axes of its signals over dx [1/s], 0
+        where there is none."""
         launch, left, count = kernels(self.options.air_entrainment, self._serial), dt, 0
         with runtime.precision("f64"):
             while rate > 0.0 and left > 0.0:
@@ -130,8 +133,7 @@ class PowderCloud:
         exchange_kernel(self._real, options.suspension, options.bed_concentration, self._serial)(
             self._cells, self.below, self._tiles, self.numbers, arrays.Step(dt, self.grid.dx, self.g, 0), self._passing)
         found = self._passing.sum(axis=0) * self.area
-        for name, at in (("suspended", arrays.UP), ("settled", arrays.DOWN), ("laid", arrays.LAID), ("work", arrays.WORK),
-                         ("lift", arrays.LIFT), ("dispersed", arrays.DISPERSED), ("cover", arrays.COVER)):
+        for name, at in PASSED.items():
             self.sums[name] += float(found[at])
         self.sums["laid"] += float(found[arrays.DUST])
         for name, at in (("core", arrays.TO_CORE), ("ground", arrays.TO_GROUND)):
@@ -212,7 +214,8 @@ class PowderCloud:
 
     def to_dict(self):
         """All that changes, by name."""
-        return {"state": self.state.copy(), "laid": self.laid.copy(), "cover": self.cover.copy(), "peaks": self.peaks.copy(), "sums": {**self.sums},
+        return {"state": self.state.copy(), "laid": self.laid.copy(), "cover": self.cover.copy(),
+                "peaks": self.peaks.copy(), "sums": {**self.sums},
                 "impulses": {name: one.copy() for name, one in self.impulses.items()},
                 "start_air": self._start["air"], "start_ice": self._start["ice"],
                 "start_momentum": self._start["momentum"].copy()}

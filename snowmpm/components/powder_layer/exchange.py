@@ -135,7 +135,7 @@ def exchange_kernel(real, suspension, bed, serial):
         mixed = (below.rho * core_momentum(core) + mass * w) / (below.rho * core[0] + mass)
         joined = rounded(core[0] + mass / below.rho, mixed[0], mixed[1])
         # not where nothing falls, and not where rounding asks for more than there is
-        if 0.0 < mass and below.rho * (joined[0] - core[0]) < numbers.ice * cloud.state[c, 1]:
+        if mass > 0.0 and below.rho * (joined[0] - core[0]) < numbers.ice * cloud.state[c, 1]:
             after = joined
             give(cloud, numbers, c, below.rho * (core[0] - after[0]),
                  below.rho * (core_momentum(core) - core_momentum(after)))

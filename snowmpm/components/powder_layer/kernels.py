@@ -9,14 +9,15 @@ G^-1 = I - s s / (1 + s^2), m = rho_a V + (rho_i - rho_a) I the mass and M the m
                                                                - (C_02 + C_top) (m / V) |w| w / cos
     M = (rho_a V + <cu> (rho_i - rho_a) I) w,   P = (rho - rho_a) g cos h^2 / 2 = g cos^3 (rho_i - rho_a) I V / 2
 
-which are the equations of the guide (`docs/powder_layer.md`), with what the layers exchange left to `exchange`. Air that
-is taken in is at rest. Cloud of the density of air feels neither weight nor pressure.
+which are the equations of the guide (`docs/powder_layer.md`), with what the layers exchange left to `exchange`. Air
+that is taken in is at rest. Cloud of the density of air feels neither weight nor pressure.
 
-Fluxes by HLL (Harten, Lax, van Leer 1983, doi:10.1137/1025002) from limited slopes of V, c and w; two stages (Shu, Osher
-1988, doi:10.1016/0021-9991(88)90177-5), each of which reckons drag with the new velocity. Of second order where nothing
-but drag acts; of first order in time in the drag, with states that do not change exact. With sum |lambda| dt / dx below
-1/2 over both axes V and I stay positive, and c within its bounds. Velocities cross faces as in `depth.volumes.kernels`: turned from plane to plane
-without a change of speed, and pressure against that within the cell.
+Fluxes by HLL (Harten, Lax, van Leer 1983, doi:10.1137/1025002) from limited slopes of V, c and w; two stages (Shu,
+Osher 1988, doi:10.1016/0021-9991(88)90177-5), each of which reckons drag with the new velocity. Of second order where
+nothing but weight and pressure acts; of first order in time in drag and air, with states that do not change exact. With
+sum |lambda| dt / dx below 1/2 over both axes V and I stay positive, and c within its bounds. Velocities cross faces as
+in `depth.volumes.kernels`: turned from plane to plane without a change of speed, and pressure counts against that
+within the cell.
 """
 
 import functools
@@ -155,6 +156,7 @@ def kernels(air_law, serial):
                             cloud.slopes[c, k] = 0.0
                         if cloud.state[c, 0] > LEAST:
                             s, w = slope_of(below, i, j), velocity_in(cloud, numbers, c)
+                            cosine = cosine_of(s)
                             for axis in ti.static(range(2)):
                                 step = ti.select(axis == 0, tiles.ny, 1)
                                 up, down = c + step, c - step
@@ -166,17 +168,17 @@ def kernels(air_law, serial):
                                                                             part - share_of(cloud, down))
                                     over = slope_of(below, i + 1 - axis, j + axis)
                                     under = slope_of(below, i - 1 + axis, j - axis)
-                                    ahead = carried(velocity_in(cloud, numbers, up), over, cosine_of(over), s, cosine_of(s))
+                                    ahead = carried(velocity_in(cloud, numbers, up), over, cosine_of(over), s, cosine)
                                     behind = carried(velocity_in(cloud, numbers, down), under, cosine_of(under), s,
-                                                     cosine_of(s))
+                                                     cosine)
                                     for k in ti.static(range(2)):
                                         cloud.slopes[c, 4 * axis + 2 + k] = limited(ahead[k] - w[k], w[k] - behind[k])
 
     @ti.func
     def side(cloud: ti.template(), below: ti.template(), numbers: ti.template(), place, towards, plane,
              axis: ti.template()):
-        """V, I, u, v on a side of a face; place (3): number of the cell, i, j; towards: 1/2 or -1/2; plane: the slope of
-        the face."""
+        """V, I, u, v on a side of a face; place (3): number of the cell, i, j; towards: 1/2 or -1/2; plane: the slope
+        of the face."""
         c = place[0]
         w, s, V = velocity_in(cloud, numbers, c), slope_of(below, place[1], place[2]), cloud.state[c, 0]
         for k in ti.static(range(2)):
@@ -194,7 +196,8 @@ def kernels(air_law, serial):
         m = weight_of(numbers, V, ice)
         carries = numbers.uu * numbers.air * V + numbers.cuu * numbers.excess * ice
         pressure = 0.5 * stiff * numbers.excess * ice * V
-        return (ti.Vector([V * u, numbers.cu * ice * u, carries * u * u + metric * pressure, carries * u * v, pressure]),
+        push = carries * u * u + metric * pressure
+        return (ti.Vector([V * u, numbers.cu * ice * u, push, carries * u * v, pressure]),
                 ti.Vector([V, ice, m * u, m * v, 0.0]))
 
     @grouped_kernel(ti.f64)
@@ -230,14 +233,15 @@ def kernels(air_law, serial):
                                 low, high = ti.min(low, 0.0), ti.max(high, 0.0)
                                 fluxes, had = through(numbers, left, stiff, metric, axis)
                                 others, has = through(numbers, right, stiff, metric, axis)
-                                flux = (high * fluxes - low * others + low * high * (has - had)) / ti.max(high - low, 1e-12)
+                                mean = high * fluxes - low * others + low * high * (has - had)
+                                flux = mean / ti.max(high - low, 1e-12)
                             for k in ti.static(range(FLUX)):
                                 cloud.flux[a, axis, k] = flux[k]
 
     @ti.func
     def pushed(cloud: ti.template(), below: ti.template(), place, other, own, axis: ti.template()):
-        """Momentum (2) that crosses the face towards + of the cell of `place` (3: number, i, j), whose neighbour there is
-        `other`, in the plane of the cell that `own` (2: 0 or 1, its pressure) says."""
+        """Momentum (2) that crosses the face towards + of the cell of `place` (3: number, i, j), whose neighbour there
+        is `other`, in the plane of the cell that `own` (2: 0 or 1, its pressure) says."""
         here, there = slope_of(below, place[1], place[2]), slope_of(below, other[1], other[2])
         plane, c = 0.5 * (here + there), place[0]
         cosine, into = cosine_of(plane), ti.select(own[0] > 0.5, there, here)
@@ -246,8 +250,8 @@ def kernels(air_law, serial):
         return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), plane, cosine, into, cosine_of(into))
 
     @ti.func
-    def gained(cloud: ti.template(), below: ti.template(), tiles: ti.template(), step: ti.template(), numbers: ti.template(),
-               place):
+    def gained(cloud: ti.template(), below: ti.template(), tiles: ti.template(), step: ti.template(),
+               numbers: ti.template(), place):
         """Sum of what crosses the faces of a cell: volume, ice, momentum (2), each times dx."""
         c, i, j = place[0], place[1], place[2]
         cosine = cosine_of(slope_of(below, i, j))

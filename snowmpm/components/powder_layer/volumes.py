@@ -13,7 +13,8 @@ MAPS = {"cloud_peak_height_experiment": ("m", 0), "cloud_peak_pressure_experimen
 MOVES = 0.01
 """Share of its largest momentum down to which the cloud moves."""
 
-UNITS = {"suspended_mass": "kg", "settled_mass": "kg", "cloud_laid_mass": "kg", "cloud_cover_mass": "kg", "cloud_left_mass": "kg",
+UNITS = {"suspended_mass": "kg", "settled_mass": "kg", "cloud_laid_mass": "kg", "cloud_cover_mass": "kg",
+         "cloud_left_mass": "kg",
          "cloud_ice_mass": "kg", "cloud_air_volume": "m3", "cloud_air_taken_in": "m3", "cloud_momentum": "kg m/s",
          "cloud_momentum_x": "kg m/s", "cloud_momentum_y": "kg m/s", "cloud_momentum_z": "kg m/s",
          "cloud_ice_residual": "1", "cloud_air_residual": "1", "cloud_momentum_residual": "1"}

@@ -11,7 +11,8 @@ CLOUD = {"suspension": "speed", "suspension_rate": 1e-2, "fall_speed": 0.2}
 
 def above_a_block(method):
     """A block that slides, with a cloud above it."""
-    return Simulation(given.scene(method, bodies=[given.block(given.least_dimension(method), (4.0, 0.0))], **part(method)))
+    block = given.block(given.least_dimension(method), (4.0, 0.0))
+    return Simulation(given.scene(method, bodies=[block], **part(method)))
 
 
 def takes_snow(simulation):

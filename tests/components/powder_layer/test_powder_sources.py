@@ -158,8 +158,8 @@ def by_the_component(share, speed=15.0, height=5.0, end=60.0):
 
 
 def test_a_cloud_grows_or_dies_on_the_two_sides_of_a_threshold():
-    """The load at which it neither grows nor dies within 60 s, by the equation: 10 % above it the cloud grows, 10 % below
-    it it dies, and both loads are those of the equation within 5 %."""
+    """The load at which it neither grows nor dies within 60 s, by the equation: 10 % above it the cloud grows, 10 %
+    below it it dies, and both loads are those of the equation within 5 %."""
     threshold = brentq(lambda share: in_time(share) - 1.0, 1e-4, 2e-2, xtol=1e-8)
     for factor in (0.9, 1.1):
         expected = in_time(factor * threshold)
@@ -217,7 +217,8 @@ def as_single(cloud):
     """The same over a flow in single precision."""
     from snowmpm.components.powder_layer.cloud import PowderCloud
 
-    below = cloud.below._replace(state=cloud.below.state.astype(np.float32), ground=cloud.below.ground.astype(np.float32))
+    single = {name: getattr(cloud.below, name).astype(np.float32) for name in ("state", "ground")}
+    below = cloud.below._replace(**single)
     other = PowderCloud(below, cloud.grid, cloud.sides, np.zeros(tuple(cloud.grid.shape), bool), cloud.g, cloud.options)
     other.state[:] = cloud.state
     other.restart()
