@@ -58,7 +58,7 @@ def by_shear_excess(state, rate, threshold):
 
 SUSPENSION = {"speed": by_speed, "shear_excess": by_shear_excess, "none": no_suspension}
 """Suspension by its name: of ((rho_1 [kg/m3], |u_1|, |u_1 - u_2| [m/s], tau [Pa]), rate [-], threshold [Pa])."""
-USUAL_RATE = {"speed": 1e-4, "shear_excess": 1.0, "none": 0.0}
+USUAL_RATE = {"speed": 1e-3, "shear_excess": 1.0, "none": 0.0}
 """Their rates where the scene gives none [-]; chosen."""
 
 

@@ -12,7 +12,7 @@ from snowmpm.components.powder_layer.exchange import exchange_kernel
 from snowmpm.components.powder_layer.kernels import kernels
 from snowmpm.depth.kernel_api import MARGIN, TILE, WALLS
 
-CFL = 0.4
+CFL = 0.45
 """Sum over both axes of what signals cross of a cell in a step; from 1/2 on volume and ice may fall below 0."""
 LOOK = 4
 """Steps between two looks for live tiles: a cloud gets two cells on in one, and a tile has eight."""
@@ -107,8 +107,7 @@ class PowderCloud:
     def advance(self, dt):
         """What the layers exchange in a step of the flow of dt [s], then the cloud by steps of its own; -> whether the
         flow changed."""
-        self._fill()
-        self._wake(self.below.state[..., 0] > 0.0)
+        self.wake()
         with runtime.precision("f64"):
             changed = self._exchange(dt)
         self.move(dt, float(self._passing[:, arrays.FASTEST].max()))
@@ -123,8 +122,7 @@ class PowderCloud:
                 number = max(1, math.ceil(left * rate / CFL * (1.0 - 1e-9)))
                 part = left / number
                 if count % LOOK == 0:
-                    self._fill()
-                    self._wake(False)
+                    self.wake(False)
                 rate, left, count = self._step(launch, part), left - part if number > 1 else 0.0, count + 1
 
     def _exchange(self, dt):
@@ -171,10 +169,11 @@ class PowderCloud:
                     view[beyond] = (view[MARGIN : 2 * MARGIN] if end == 0 else view[n : n + MARGIN])[::-1]
                     view[beyond, ..., 2 + axis] *= -1.0
 
-    def _wake(self, more):
-        """Which tiles hold cloud, or `more` (nx, ny), or have it next to them. Fluxes of others are 0."""
+    def wake(self, flow=True):
+        """Look which tiles hold cloud, or flow where that counts, or have it next to them. Fluxes of others are 0."""
+        self._fill()
         held = np.zeros((self._live.shape[0] * TILE, self._live.shape[1] * TILE), bool)
-        held[: self.shape[0], : self.shape[1]] = (self.state[..., 0] > 0.0) | more
+        held[: self.shape[0], : self.shape[1]] = (self.state[..., 0] > 0.0) | (flow & (self.below.state[..., 0] > 0.0))
         wide = np.pad(held.reshape(self._live.shape[0], TILE, -1, TILE).any(axis=(1, 3)), 1)
         rows, columns = self._live.shape
         near = np.any([wide[i : i + rows, j : j + columns] for i in range(3) for j in range(3)], axis=0)
@@ -191,7 +190,7 @@ class PowderCloud:
 
     def _lose(self):
         """What left over an open side, or came to cells without ground, is gone."""
-        lost = ~self._own & (self.state[..., :2] > 0.0).any(axis=-1)
+        lost = ~self._own & ((self.state[..., 0] > 0.0) | (self.state[..., 1] > 0.0))
         if lost.any():
             gone = self.state[lost & ~self._image]
             self.sums["left_air"] += float((gone[:, 0] - gone[:, 1]).sum()) * self.area

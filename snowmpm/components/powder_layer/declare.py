@@ -3,7 +3,7 @@
     [powder_layer]
     air_entrainment = "parker_1986"         # or "parker_1987", "none"
     suspension = "speed"                    # or "shear_excess", "none"
-    suspension_rate = 1e-4
+    suspension_rate = 1e-3
     grain_diameter = 2e-4                   # m
 """
 
@@ -24,7 +24,7 @@ EXPERIMENT = "an experiment: no measured profile of pressure or velocity was com
 class PowderLayer(Spec):
     """A dilute cloud above the flow, an experiment; method = "depth" by finite volumes only."""
 
-    EXAMPLES: ClassVar = {"fall_speed": 0.5, "suspension_rate": 1e-4}
+    EXAMPLES: ClassVar = {"fall_speed": 0.5, "suspension_rate": 1e-3}
 
     profile: Literal["uniform", "motpsa"] = "uniform"
     """how speed and concentration go with the height, by factors of the fluxes"""
@@ -33,7 +33,7 @@ class PowderLayer(Spec):
     suspension: Literal["speed", "shear_excess", "none"] = "speed"
     """how fast snow goes from the flow into the cloud; chosen, not measured"""
     suspension_rate: NonNegative | None = None
-    """of that law [-]; 1e-4 of "speed", 1 of "shear_excess" when missing"""
+    """of that law [-]; 1e-3 of "speed", 1 of "shear_excess" when missing"""
     suspension_stress: NonNegative = 10.0
     """tau_c of "shear_excess" [Pa]"""
     grain_diameter: Annotated[Number, Field(ge=1e-5, le=2e-3)] = 2e-4
@@ -87,4 +87,4 @@ def told(scene: Any) -> dict[str, str]:
 COMPONENTS.add(Component(
     "powder_layer", __package__, "powder layer", asked, order=60, keys={"scene": OfScene},
     adapters={"depth": f"{__package__}.volumes:adapter"}, beside=("switch", "zone", "saw_test"), refuse=refuse,
-    told=told, cautions=f"{__package__}.cautions", costs={"step": 1.5e6, "cell": 500.0}))
+    told=told, cautions=f"{__package__}.cautions", costs={"step": 2.5e6, "cell": 1200.0}))

@@ -49,8 +49,8 @@ LEAST = 1e-9
 """V [m] below which a cell has no velocity."""
 COVERED = 1e-3
 """Depth [m] of moving snow below a cloud that keeps it from the drag of the ground."""
-TOLD = 0.5
-"""Height of a cloud [m] from which its pressure and its speed count in the maps."""
+TOLD, DUSTY = 0.5, 0.1
+"""Height [m] and excess of density over air [kg/m3] of a cloud from which it counts in the maps."""
 
 
 class Kernels(NamedTuple):
@@ -283,9 +283,9 @@ def kernels(air_law, serial):
         """Peaks of a cell."""
         V, ice = cloud.state[c, 0], cloud.state[c, 1]
         height, part = V * cosine, ice / ti.max(V, 1e-300)
-        cloud.peaks[c, 0] = ti.max(cloud.peaks[c, 0], height)
-        if height > TOLD:
+        if height > TOLD and numbers.excess * part > DUSTY:
             head = speed * speed
+            cloud.peaks[c, 0] = ti.max(cloud.peaks[c, 0], height)
             cloud.peaks[c, 1] = ti.max(cloud.peaks[c, 1], (numbers.air + numbers.excess * part) * head)
             cloud.peaks[c, 2] = ti.max(cloud.peaks[c, 2], (numbers.foot_uu * numbers.air
                                                            + numbers.foot_cuu * numbers.excess * part) * head)
@@ -303,6 +303,10 @@ def kernels(air_law, serial):
                     i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
                     if 1 < i < tiles.nx - 2 and 1 < j < tiles.ny - 2:
                         c = i * tiles.ny + j
+                        if (cloud.state[c, 0] == 0.0 and cloud.first[c, 0] == 0.0 and cloud.flux[c, 0, 0] == 0.0
+                                and cloud.flux[c, 1, 0] == 0.0 and cloud.flux[c - tiles.ny, 0, 0] == 0.0
+                                and cloud.flux[c - 1, 1, 0] == 0.0):
+                            continue
                         s, w = slope_of(below, i, j), velocity_in(cloud, numbers, c)
                         cosine, own = cosine_of(s), cloud.own[c] > 0
                         V, ice = cloud.state[c, 0], cloud.state[c, 1]

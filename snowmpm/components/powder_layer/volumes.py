@@ -40,6 +40,7 @@ class PowderLayerInCells(Adapter):
         below = Below(store.state_array, store.ground, solver.heights, float(store.density))
         self.cloud = PowderCloud(below, solver.grid, solver.sides, solver.bed.holes, -float(solver.gravity[2]),
                                  self._options)
+        self.cloud.wake()
 
     def restart(self):
         """Time zero is now."""
