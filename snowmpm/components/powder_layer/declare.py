@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from snowmpm import components
 from snowmpm.components.contract import Component
 from snowmpm.errors import InputError
 from snowmpm.registry import COMPONENTS
@@ -74,7 +75,8 @@ def refuse(scene: Any) -> None:
     if scene.solver.in_plan and not scene.solver.in_volumes:
         raise InputError.at("powder_layer.profile", scene.powder_layer.profile, "does not go with solver.depth.scheme ="
                             ' "columns": its cells lie over those of "volumes"', scene.source)
-    if scene.powder_layer.cover_load > 0.0 and scene.terrain.get("entrainment"):
+    keys = [key for other in components.used(scene) for key, _ in other.asked(scene)]
+    if scene.powder_layer.cover_load > 0.0 and any(key.startswith("terrain.entrainment") for key in keys):
         raise InputError.at("powder_layer.cover_load", scene.powder_layer.cover_load, "does not go with"
                             " terrain.entrainment: both would take up one snow cover", scene.source)
 
