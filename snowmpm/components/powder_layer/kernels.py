@@ -272,11 +272,9 @@ def kernels(air_law, serial):
         return found
 
     @ti.func
-    def add(report: ti.template(), tile, first: ti.template(), push, s):
-        """Add a momentum (2) along the plane of slope s, as one in space (3), to a report."""
-        report[tile, first] += push[0]
-        report[tile, first + 1] += push[1]
-        report[tile, first + 2] += push.dot(s)
+    def in_space(push, s):
+        """A momentum (2) along the plane of slope s, in space (3)."""
+        return ti.Vector([push[0], push[1], push.dot(s)])
 
     @ti.func
     def told(cloud: ti.template(), numbers: ti.template(), c, cosine, speed):
@@ -298,7 +296,9 @@ def kernels(air_law, serial):
         for turn in range(strides(tiles.n)):
             tile = strided(turn, tiles.n)
             if tile < tiles.n and tiles.live[tile] > 0:
-                rate = 0.0
+                rate, air, filled = 0.0, 0.0, 0.0
+                pulled, pushes, dragged = (ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0]),
+                                           ti.Vector([0.0, 0.0, 0.0]))
                 for inner in range(TILE * TILE):
                     i, j = tile // tiles.rows * TILE + inner // TILE, tile % tiles.rows * TILE + inner % TILE
                     if 1 < i < tiles.nx - 2 and 1 < j < tiles.ny - 2:
@@ -341,16 +341,22 @@ def kernels(air_law, serial):
                                 momentum[k] = 0.5 * (cloud.first[c, 2 + k] + momentum[k])
                         cloud.state[c, 0], cloud.state[c, 1] = new, left
                         cloud.state[c, 2], cloud.state[c, 3] = momentum[0], momentum[1]
-                        report[tile, ADDED] += 0.5 * added  # of either stage half counts in the end
+                        filled += added
                         if own:
-                            report[tile, AIR] += 0.5 * taken
-                            add(report, tile, PULL, 0.5 * pull, s)
-                            add(report, tile, FACES, 0.5 * push, s)
-                            add(report, tile, DRAG, 0.5 * lost, s)
+                            air += taken
+                            pulled += in_space(pull, s)
+                            pushes += in_space(push, s)
+                            dragged += in_space(lost, s)
                             if step.stage == 1 and new > LEAST:
                                 w = velocity_in(cloud, numbers, c)
                                 told(cloud, numbers, c, cosine, surface_speed(w[0], w[1], s[0], s[1]))
                                 rate = ti.max(rate, crossed(numbers, step, ti.Vector([new, left, w[0], w[1]]), s))
                 report[tile, RATE] = rate
+                report[tile, ADDED] += 0.5 * filled  # of either stage half counts in the end
+                report[tile, AIR] += 0.5 * air
+                for k in ti.static(range(3)):
+                    report[tile, PULL + k] += 0.5 * pulled[k]
+                    report[tile, FACES + k] += 0.5 * pushes[k]
+                    report[tile, DRAG + k] += 0.5 * dragged[k]
 
     return Kernels(slope, cross, advance)
