@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 from snowmpm.compiler.groups import Array, Double
 
-STATE, SLOPES, FLUX, PEAKS = 4, 8, 5, 4
-"""Numbers of a cell: V, I, M_x, M_y; slopes of V, c, u, v along x, then along y; of a flux: volume, ice, momentum
-across and along the face, pressure; of peaks: height, pressure of the means, pressure at the foot, speed."""
+STATE, SLOPES, FLUX, PEAKS = 4, 8, 6, 4
+"""Numbers of a cell: V, I, M_x, M_y; slopes of V, c, u, v along x, then along y; of a flux: volume, ice, momentum (2)
+less the pressure in the cell before the face, and less that in the cell beyond, each in the plane of this cell; of
+peaks: height, pressure of the means, pressure at the foot, speed."""
 
 REPORT = 12
 RATE, AIR, ADDED, PULL, FACES, DRAG = 0, 1, 2, 3, 6, 9
@@ -23,7 +24,7 @@ got [J/m2]; air of a cloud that dispersed [m], and its ice [kg/m2]; RATE of a st
 
 class Cloud(NamedTuple):
     """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 4), that at the start of the step
-    `first` (n, 4), slopes (n, 8), flux (n, 2, 5) of the faces towards +x and +y, peaks (n, 4) so far; laid and cover
+    `first` (n, 4), slopes (n, 8), flux (n, 2, 6) of the faces towards +x and +y, peaks (n, 4) so far; laid and cover
     (n,) [kg/m2 in plan]: ice on the ground, and snow that may be taken up; own (n,): whether a cell lies within the
     sides and has ground."""
 

@@ -68,6 +68,12 @@ def slope_of(below: ti.template(), i, j):
 
 
 @ti.func
+def cosine_in(below: ti.template(), i, j):
+    """Of the slope of a cell."""
+    return ti.cast(below.ground[i, j, 5], ti.f64)
+
+
+@ti.func
 def cosine_of(s):
     """Of the slope s."""
     return 1.0 / ti.sqrt(1.0 + s.dot(s))
@@ -105,6 +111,13 @@ def velocity_in(cloud: ti.template(), numbers: ti.template(), c):
         m = weight_of(numbers, V, cloud.state[c, 1])
         found = ti.Vector([cloud.state[c, 2], cloud.state[c, 3]]) / m
     return found
+
+
+@ti.func
+def turned(cloud: ti.template(), below: ti.template(), numbers: ti.template(), c, at, s, cosine):
+    """w of cell c at (2): i, j, turned into a plane of slope s."""
+    return carried(velocity_in(cloud, numbers, c), slope_of(below, at[0], at[1]), cosine_in(below, at[0], at[1]), s,
+                   cosine)
 
 
 @ti.func
@@ -156,7 +169,7 @@ def kernels(air_law, serial):
                             cloud.slopes[c, k] = 0.0
                         if cloud.state[c, 0] > LEAST:
                             s, w = slope_of(below, i, j), velocity_in(cloud, numbers, c)
-                            cosine = cosine_of(s)
+                            cosine = cosine_in(below, i, j)
                             for axis in ti.static(range(2)):
                                 step = ti.select(axis == 0, tiles.ny, 1)
                                 up, down = c + step, c - step
@@ -166,24 +179,23 @@ def kernels(air_law, serial):
                                     part = share_of(cloud, c)
                                     cloud.slopes[c, 4 * axis + 1] = smaller(share_of(cloud, up) - part,
                                                                             part - share_of(cloud, down))
-                                    over = slope_of(below, i + 1 - axis, j + axis)
-                                    under = slope_of(below, i - 1 + axis, j - axis)
-                                    ahead = carried(velocity_in(cloud, numbers, up), over, cosine_of(over), s, cosine)
-                                    behind = carried(velocity_in(cloud, numbers, down), under, cosine_of(under), s,
-                                                     cosine)
+                                    over = ti.Vector([i + 1 - axis, j + axis])
+                                    under = ti.Vector([i - 1 + axis, j - axis])
+                                    ahead = turned(cloud, below, numbers, up, over, s, cosine)
+                                    behind = turned(cloud, below, numbers, down, under, s, cosine)
                                     for k in ti.static(range(2)):
                                         cloud.slopes[c, 4 * axis + 2 + k] = limited(ahead[k] - w[k], w[k] - behind[k])
 
     @ti.func
     def side(cloud: ti.template(), below: ti.template(), numbers: ti.template(), place, towards, plane,
              axis: ti.template()):
-        """V, I, u, v on a side of a face; place (3): number of the cell, i, j; towards: 1/2 or -1/2; plane: the slope
-        of the face."""
+        """V, I, u, v on a side of a face; place (3): number of the cell, i, j; towards: 1/2 or -1/2; plane (3): the
+        slope of the face and its cosine."""
         c = place[0]
         w, s, V = velocity_in(cloud, numbers, c), slope_of(below, place[1], place[2]), cloud.state[c, 0]
         for k in ti.static(range(2)):
             w[k] += towards * cloud.slopes[c, 4 * axis + 2 + k]
-        w = carried(w, s, cosine_of(s), plane, cosine_of(plane))
+        w = carried(w, s, cosine_in(below, place[1], place[2]), ti.Vector([plane[0], plane[1]]), plane[2])
         change = towards * cloud.slopes[c, 4 * axis]
         # the volume on the other side weighs, so that the ice of both is that of the cell, and c within its bounds
         part = share_of(cloud, c) + towards * cloud.slopes[c, 4 * axis + 1] * (V - change) / ti.max(V, LEAST)
@@ -200,6 +212,18 @@ def kernels(air_law, serial):
         return (ti.Vector([V * u, numbers.cu * ice * u, push, carries * u * v, pressure]),
                 ti.Vector([V, ice, m * u, m * v, 0.0]))
 
+    @ti.func
+    def pushed(cloud: ti.template(), below: ti.template(), numbers: ti.template(), step: ti.template(), mean, place,
+               plane, axis: ti.template()):
+        """Momentum (2) that crosses a face of this plane (3), as of `through`, less the pressure in the cell of `place` (3:
+        number, i, j), in the plane of that."""
+        c, own, cosine = place[0], cosine_in(below, place[1], place[2]), plane[2]
+        pressure = 0.5 * step.g * own**3 * numbers.excess * cloud.state[c, 1] * cloud.state[c, 0]
+        n = mean[2] - cosine * (1.0 + plane[1 - axis] ** 2) * pressure
+        t = mean[3] - cosine * plane[0] * plane[1] * (mean[4] - pressure)
+        return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), ti.Vector([plane[0], plane[1]]), cosine,
+                       slope_of(below, place[1], place[2]), own)
+
     @grouped_kernel(ti.f64)
     def cross(cloud: Cloud, below: Below, tiles: Tiles, numbers: Numbers, step: Step):
         """Fluxes of the faces towards +x and +y."""
@@ -215,12 +239,13 @@ def kernels(air_law, serial):
                             b = a + ti.select(axis == 0, tiles.ny, 1)
                             flux = ti.Vector.zero(ti.f64, FLUX)
                             if cloud.state[a, 0] > LEAST or cloud.state[b, 0] > LEAST:
-                                plane = 0.5 * (slope_of(below, i, j) + slope_of(below, i + 1 - axis, j + axis))
-                                cosine = cosine_of(plane)
+                                mid = 0.5 * (slope_of(below, i, j) + slope_of(below, i + 1 - axis, j + axis))
+                                cosine = cosine_of(mid)
+                                plane = ti.Vector([mid[0], mid[1], cosine])
                                 metric, stiff = cosine * (1.0 + plane[1 - axis] ** 2), step.g * cosine**3
-                                left = side(cloud, below, numbers, ti.Vector([a, i, j]), 0.5, plane, axis)
-                                right = side(cloud, below, numbers, ti.Vector([b, i + 1 - axis, j + axis]), -0.5, plane,
-                                             axis)
+                                one, other = ti.Vector([a, i, j]), ti.Vector([b, i + 1 - axis, j + axis])
+                                left = side(cloud, below, numbers, one, 0.5, plane, axis)
+                                right = side(cloud, below, numbers, other, -0.5, plane, axis)
                                 first = signal(numbers, left[0], left[1], left[2 + axis], metric * stiff)
                                 last = signal(numbers, right[0], right[1], right[2 + axis], metric * stiff)
                                 low, high = ti.min(first[0], last[0]), ti.max(first[1], last[1])
@@ -234,41 +259,21 @@ def kernels(air_law, serial):
                                 fluxes, had = through(numbers, left, stiff, metric, axis)
                                 others, has = through(numbers, right, stiff, metric, axis)
                                 mean = high * fluxes - low * others + low * high * (has - had)
-                                flux = mean / ti.max(high - low, 1e-12)
+                                mean /= ti.max(high - low, 1e-12)
+                                here = pushed(cloud, below, numbers, step, mean, one, plane, axis)
+                                there = pushed(cloud, below, numbers, step, mean, other, plane, axis)
+                                flux = ti.Vector([mean[0], mean[1], here[0], here[1], there[0], there[1]])
                             for k in ti.static(range(FLUX)):
                                 cloud.flux[a, axis, k] = flux[k]
 
     @ti.func
-    def pushed(cloud: ti.template(), below: ti.template(), place, other, own, axis: ti.template()):
-        """Momentum (2) that crosses the face towards + of the cell of `place` (3: number, i, j), whose neighbour there
-        is `other`, in the plane of the cell that `own` (2: 0 or 1, its pressure) says."""
-        here, there = slope_of(below, place[1], place[2]), slope_of(below, other[1], other[2])
-        plane, c = 0.5 * (here + there), place[0]
-        cosine, into = cosine_of(plane), ti.select(own[0] > 0.5, there, here)
-        n = cloud.flux[c, axis, 2] - cosine * (1.0 + plane[1 - axis] ** 2) * own[1]
-        t = cloud.flux[c, axis, 3] - cosine * plane[0] * plane[1] * (cloud.flux[c, axis, 4] - own[1])
-        return carried(ti.Vector([n, t] if ti.static(axis == 0) else [t, n]), plane, cosine, into, cosine_of(into))
-
-    @ti.func
-    def gained(cloud: ti.template(), below: ti.template(), tiles: ti.template(), step: ti.template(),
-               numbers: ti.template(), place):
+    def gained(cloud: ti.template(), tiles: ti.template(), c):
         """Sum of what crosses the faces of a cell: volume, ice, momentum (2), each times dx."""
-        c, i, j = place[0], place[1], place[2]
-        cosine = cosine_of(slope_of(below, i, j))
-        pressure = 0.5 * step.g * cosine**3 * numbers.excess * cloud.state[c, 1] * cloud.state[c, 0]
-        found = ti.Vector.zero(ti.f64, STATE)
-        for axis in ti.static(range(2)):
-            before, beyond = ti.Vector([c, i, j]), ti.Vector([c, i, j])
-            before[0] -= ti.select(axis == 0, tiles.ny, 1)
-            before[1 + axis] -= 1
-            beyond[0] += ti.select(axis == 0, tiles.ny, 1)
-            beyond[1 + axis] += 1
-            for k in ti.static(range(2)):
-                found[k] += cloud.flux[before[0], axis, k] - cloud.flux[c, axis, k]
-            into = pushed(cloud, below, before, place, ti.Vector([1.0, pressure]), axis)
-            out = pushed(cloud, below, place, beyond, ti.Vector([0.0, pressure]), axis)
-            for k in ti.static(range(2)):
-                found[2 + k] += into[k] - out[k]
+        left, under, found = c - tiles.ny, c - 1, ti.Vector.zero(ti.f64, STATE)
+        for k in ti.static(range(2)):
+            found[k] = (cloud.flux[left, 0, k] - cloud.flux[c, 0, k] + cloud.flux[under, 1, k] - cloud.flux[c, 1, k])
+            found[2 + k] = (cloud.flux[left, 0, 4 + k] - cloud.flux[c, 0, 2 + k] + cloud.flux[under, 1, 4 + k]
+                            - cloud.flux[c, 1, 2 + k])
         return found
 
     @ti.func
@@ -308,9 +313,9 @@ def kernels(air_law, serial):
                                 and cloud.flux[c - 1, 1, 0] == 0.0):
                             continue
                         s, w = slope_of(below, i, j), velocity_in(cloud, numbers, c)
-                        cosine, own = cosine_of(s), cloud.own[c] > 0
+                        cosine, own = cosine_in(below, i, j), cloud.own[c] > 0
                         V, ice = cloud.state[c, 0], cloud.state[c, 1]
-                        got = step.dt / step.dx * gained(cloud, below, tiles, step, numbers, ti.Vector([c, i, j]))
+                        got = step.dt / step.dx * gained(cloud, tiles, c)
                         push = ti.Vector([got[2], got[3]])
                         momentum = ti.Vector([cloud.state[c, 2], cloud.state[c, 3]]) + push
                         new, left = V + got[0], ice + got[1]
