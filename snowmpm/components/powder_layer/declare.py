@@ -89,4 +89,4 @@ def told(scene: Any) -> dict[str, str]:
 COMPONENTS.add(Component(
     "powder_layer", __package__, "powder layer", asked, order=60, keys={"scene": OfScene},
     adapters={"depth": f"{__package__}.volumes:adapter"}, beside=("switch", "zone", "saw_test"), refuse=refuse,
-    told=told, cautions=f"{__package__}.cautions", costs={"step": 1.5e6, "cell": 1100.0}))
+    told=told, cautions=f"{__package__}.cautions", costs={"step": 1.5e6, "cell": 1000.0}))

@@ -215,8 +215,8 @@ def kernels(air_law, serial):
     @ti.func
     def pushed(cloud: ti.template(), below: ti.template(), numbers: ti.template(), step: ti.template(), mean, place,
                plane, axis: ti.template()):
-        """Momentum (2) that crosses a face of this plane (3), as of `through`, less the pressure in the cell of `place` (3:
-        number, i, j), in the plane of that."""
+        """Momentum (2) that crosses a face of this plane (3), as of `through`, less the pressure in the cell of `place`
+        (3: number, i, j), in the plane of that."""
         c, own, cosine = place[0], cosine_in(below, place[1], place[2]), plane[2]
         pressure = 0.5 * step.g * own**3 * numbers.excess * cloud.state[c, 1] * cloud.state[c, 0]
         n = mean[2] - cosine * (1.0 + plane[1 - axis] ** 2) * pressure
