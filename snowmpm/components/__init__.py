@@ -26,6 +26,7 @@ NAMES = {
     "interface_layer": (),
     "nonlocal_averaging": (),
     "pore_water": (),
+    "powder_layer": (),
     "precice": ("structures",),
     "pressure_panels": (),
     "rigid_bodies": (),

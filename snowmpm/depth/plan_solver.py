@@ -52,6 +52,11 @@ class PlanSolver(Method, PushesObstacles, Forecasts):
             self._gauges = Gauges(obstacles, self.grid, self.bed, -float(self.gravity[2]), mean)
 
     @property
+    def sides(self):
+        """Names of what stands at the ends of both axes (2, 2)."""
+        return [list(side) for side in self._sides[:2]]
+
+    @property
     def real(self):
         """Taichi type of its numbers."""
         return runtime.DTYPES[self.precision][0]

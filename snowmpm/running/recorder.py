@@ -201,6 +201,7 @@ class Recorder:
                 normal = None if surface is None else surface.normal
                 for name, (values, x0, y0, cell) in self._maps.rasters(normal).items():
                     self._writer.map(name, values, x0 - self._origin[0], y0 - self._origin[1], cell, maps.UNITS[name])
+                self._maps_of_components(x0 - self._origin[0], y0 - self._origin[1])
             assessed = self._assess()
             if assessed:
                 self._writer.hazard(assessed.record())
@@ -221,6 +222,13 @@ class Recorder:
         finally:
             self._writer.close(complete=whole)
         write_text(self._folder / "summary.json", json.dumps(summary, indent=1))
+
+    def _maps_of_components(self, x0, y0):
+        """Write the rasters of components, whose first cell has its centre at x0, y0."""
+        grid = self._simulation.model.map_grid
+        for adapter in self._simulation.solver.adapters:
+            for name, (values, unit) in adapter.maps(grid).items():
+                self._writer.map(name, values.T, x0, y0, grid.cell, unit)
 
     def _assess(self):
         """Hazard numbers from the maps; None for a run without maps or terrain."""

@@ -31,6 +31,8 @@ class Adapter:
     """of waves through it and the snow together, where they are faster than those of the laws [m/s]"""
     moves_ground = False
     """whether the ground of a depth-averaged flow rises or sinks by it"""
+    changes_mass = False
+    """whether snow came to a flow by finite volumes, or left it, by what it did last"""
     load: Any = None
     """of a depth-averaged flow: what it makes of the columns (`depth.kernel_api.ColumnLoad`)"""
     inlined: Any = None
@@ -168,6 +170,11 @@ class Adapter:
         file keeps them (`snowmpm.io.series`)."""
         return {}
 
+    def maps(self, grid: Any) -> Mapping[str, tuple[Floats, str]]:
+        """Rasters of its own at the end of a run in three dimensions: name -> values (columns along x, rows along y),
+        NaN where there is nothing, over the cells of a `results.map_grid.MapGrid`, and unit."""
+        return {}
+
     def state(self) -> dict[str, Any]:
         """All that a bitwise continuation needs, by name."""
         return {}
@@ -253,6 +260,11 @@ class Adapters:
     def move_ground(self) -> bool:
         """Whether one of them does."""
         return any(one.moves_ground for one in self._all)
+
+    @property
+    def changed_mass(self) -> bool:
+        """Whether one of them did, or moves ground, which goes with it."""
+        return any(one.changes_mass or one.moves_ground for one in self._all)
 
     def work(self) -> dict[str, Mapping[str, float]]:
         """What a step has to do for each, by name."""

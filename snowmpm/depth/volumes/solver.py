@@ -148,7 +148,7 @@ class VolumeSolver(PlanSolver):
         self.steps += 1
         for act in self.adapters.end_step:
             act(dt)
-        if self.adapters.move_ground:
+        if self.adapters.changed_mass:
             self._mass = self.particles.mass
         if self.particles.release(self.time):
             self.particles.changed()

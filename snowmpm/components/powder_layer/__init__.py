@@ -1,0 +1,1 @@
+"""A dilute cloud of ice grains in air above a depth-averaged flow: an experiment, see `cautions`."""

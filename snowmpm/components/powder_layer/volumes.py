@@ -1,0 +1,110 @@
+"""The powder layer above a flow by finite volumes. After each step of the flow it exchanges with it and moves on."""
+
+import numpy as np
+
+from snowmpm.components.powder_layer.arrays import Below
+from snowmpm.components.powder_layer.cloud import PowderCloud
+from snowmpm.depth.kernel_api import MARGIN
+from snowmpm.stepping.component import Adapter
+
+MAPS = {"cloud_peak_height_experiment": ("m", 0), "cloud_peak_pressure_experiment": ("Pa", 1),
+        "cloud_peak_foot_pressure_experiment": ("Pa", 2), "cloud_peak_speed_experiment": ("m/s", 3)}
+"""Maps: unit, and which of `arrays.PEAKS` it is."""
+MOVES = 0.01
+"""Share of its largest momentum down to which the cloud moves."""
+
+UNITS = {"suspended_mass": "kg", "settled_mass": "kg", "cloud_laid_mass": "kg", "cloud_cover_mass": "kg",
+         "cloud_left_mass": "kg",
+         "cloud_ice_mass": "kg", "cloud_air_volume": "m3", "cloud_air_taken_in": "m3", "cloud_momentum": "kg m/s",
+         "cloud_momentum_x": "kg m/s", "cloud_momentum_y": "kg m/s", "cloud_momentum_z": "kg m/s",
+         "cloud_ice_residual": "1", "cloud_air_residual": "1", "cloud_momentum_residual": "1"}
+
+
+def adapter(model):
+    """`PowderLayerInCells` of the scene of a `Model`."""
+    return PowderLayerInCells(model.scene.powder_layer)
+
+
+class PowderLayerInCells(Adapter):
+    """A cloud above the snow of a `VolumeSolver`. options: `declare.PowderLayer`; cloud: `PowderCloud`."""
+
+    name = "powder_layer"
+
+    def __init__(self, options):
+        self._options = options
+        self._most = 0.0
+
+    def begin(self, solver):
+        """Lay its cells over those of the flow."""
+        self._solver, store = solver, solver.particles
+        below = Below(store.state_array, store.ground, solver.heights, float(store.density))
+        self.cloud = PowderCloud(below, solver.grid, solver.sides, solver.bed.holes, -float(solver.gravity[2]),
+                                 self._options)
+        self.cloud.wake()
+
+    def restart(self):
+        """Time zero is now."""
+        self.cloud.restart()
+
+    def end_step(self, dt):
+        """Exchange with the flow, and move on."""
+        self.changes_mass = self.cloud.advance(dt)
+        self._most = max(self._most, float(np.linalg.norm(self.cloud.momentum())))
+        if self.changes_mass:
+            self._solver.particles.changed()
+
+    def to_come(self, time):
+        """Whether the cloud still moves: it may do so where the flow has stopped."""
+        return float(np.linalg.norm(self.cloud.momentum())) > MOVES * self._most
+
+    def given(self, lift):
+        """Energy that the flow got of the cloud; negative, since it loses snow and speed to it."""
+        sums = self.cloud.sums
+        return {"cloud_energy": sums["work"] + sums["lift"] + (sums["settled"] - sums["suspended"]) * lift}
+
+    def impulses(self):
+        """That which the flow got of the cloud."""
+        return [self.cloud.impulses["core"]]
+
+    def row(self):
+        """Its columns of the history."""
+        cloud, sums = self.cloud, self.cloud.sums
+        momentum, residuals = cloud.momentum(), cloud.residuals()
+        masses = (sums["suspended"], sums["settled"], sums["laid"], sums["cover"], sums["left_ice"],
+                  cloud.ice_mass)
+        values = (*masses, cloud.air, sums["air"], float(np.linalg.norm(momentum)), *momentum.tolist(), *residuals)
+        return dict(zip(UNITS, values, strict=True))
+
+    def units(self):
+        """Their units."""
+        return {**UNITS, "cloud_energy": "J"}
+
+    def maps(self, grid):
+        """Peaks so far over the cells of a map: the largest of the cells whose middles lie in it, NaN without."""
+        plan, peaks = self._solver.grid, self.cloud.peaks[MARGIN:-MARGIN, MARGIN:-MARGIN]
+        i, j = np.moveaxis(np.floor((plan.places() - grid.lower) / grid.cell).astype(int), -1, 0)
+        held = (peaks[..., 0] > 0.0) & (i >= 0) & (i < grid.shape[0]) & (j >= 0) & (j < grid.shape[1])
+        found = {}
+        for name, (unit, k) in MAPS.items():
+            values = np.full(grid.shape, np.nan)
+            np.fmax.at(values, (i[held], j[held]), peaks[held][:, k])
+            found[name] = values, unit
+        return found
+
+    def work(self):
+        """Cells that a step looks at."""
+        return {"step": 1, "cell": self.cloud.live_cells}
+
+    @property
+    def bytes(self):
+        """Of its cells."""
+        return 8 * 36 * self.cloud.laid.size
+
+    def state(self):
+        """The cloud."""
+        return {**self.cloud.to_dict(), "most": self._most}
+
+    def restore(self, state):
+        """Take over what `state()` gave."""
+        self.cloud.take(state)
+        self._most = float(state["most"])
