@@ -102,6 +102,13 @@ class PowderCloud:
         M, s = self.inner[..., 2:], self.below.ground[MARGIN:-MARGIN, MARGIN:-MARGIN, :2].astype(float)
         return self.area * np.append(M.sum(axis=(0, 1)), (M * s).sum())
 
+    def ice_momentum(self):
+        """Size of the momentum of the ice in plan [kg m/s]."""
+        V, ice = self.inner[..., 0], self.inner[..., 1]
+        weight = self.numbers.air * V + self.numbers.cu * self.numbers.excess * ice
+        share = np.divide(self.numbers.ice * ice, weight, out=np.zeros_like(V), where=V > 0.0)
+        return self.area * float(np.linalg.norm((share[..., None] * self.inner[..., 2:]).sum(axis=(0, 1))))
+
     # ---- the step ---------------------------------------------------------------------------------------------
 
     def advance(self, dt):

@@ -15,9 +15,9 @@ that is taken in is at rest. Cloud of the density of air feels neither weight no
 Fluxes by HLL (Harten, Lax, van Leer 1983, doi:10.1137/1025002) from limited slopes of V, c and w; two stages (Shu,
 Osher 1988, doi:10.1016/0021-9991(88)90177-5), each of which reckons drag with the new velocity. Of second order where
 nothing but weight and pressure acts; of first order in time in drag and air, with states that do not change exact. With
-sum |lambda| dt / dx below 1/2 over both axes V and I stay positive, and c within its bounds. Velocities cross faces as
-in `depth.volumes.kernels`: turned from plane to plane without a change of speed, and pressure counts against that
-within the cell.
+sum |lambda| dt / dx below 1/2 over both axes V and I stay positive, and c within its bounds where profiles are uniform.
+Velocities cross faces as in `depth.volumes.kernels`: turned from plane to plane without a change of speed, and pressure
+counts against that within the cell.
 """
 
 import functools

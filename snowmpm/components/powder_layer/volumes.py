@@ -11,7 +11,7 @@ MAPS = {"cloud_peak_height_experiment": ("m", 0), "cloud_peak_pressure_experimen
         "cloud_peak_foot_pressure_experiment": ("Pa", 2), "cloud_peak_speed_experiment": ("m/s", 3)}
 """Maps: unit, and which of `arrays.PEAKS` it is."""
 MOVES = 0.01
-"""Share of its largest momentum down to which the cloud moves."""
+"""Share of the largest momentum of its ice down to which the cloud moves: the air goes on for minutes."""
 
 UNITS = {"suspended_mass": "kg", "settled_mass": "kg", "cloud_laid_mass": "kg", "cloud_cover_mass": "kg",
          "cloud_left_mass": "kg",
@@ -49,13 +49,13 @@ class PowderLayerInCells(Adapter):
     def end_step(self, dt):
         """Exchange with the flow, and move on."""
         self.changes_mass = self.cloud.advance(dt)
-        self._most = max(self._most, float(np.linalg.norm(self.cloud.momentum())))
+        self._most = max(self._most, self.cloud.ice_momentum())
         if self.changes_mass:
             self._solver.particles.changed()
 
     def to_come(self, time):
         """Whether the cloud still moves: it may do so where the flow has stopped."""
-        return float(np.linalg.norm(self.cloud.momentum())) > MOVES * self._most
+        return self.cloud.ice_momentum() > MOVES * self._most
 
     def given(self, lift):
         """Energy that the flow got of the cloud; negative, since it loses snow and speed to it."""

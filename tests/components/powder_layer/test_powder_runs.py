@@ -60,6 +60,15 @@ def test_every_map_of_it_says_that_it_is_an_experiment(tmp_path):
     assert 1.3 < np.median(density) < 50.0
 
 
+def test_a_run_ends_when_flow_and_dust_are_at_rest(tmp_path):
+    """Not while the cloud's ice moves, and not as late as its air comes to rest."""
+    tables = scene(end=200.0).model_dump(exclude_unset=True)
+    tables |= {"terrain": {"kind": "plane", "angle": 0.0, "friction": 0.5}, "stop": {"at_rest": True}}
+    run = snowmpm.run(Scene.model_validate(tables), tmp_path / "run")
+    assert run.summary["ended"].startswith("came to rest") and run.times[-1] < 150.0
+    assert run.history["cloud_momentum"][-1] < 0.5 * run.history["cloud_momentum"].max()
+
+
 def test_check_says_that_it_is_an_experiment():
     for wanted in (True, False):
         found = advise(scene(cloud=wanted))

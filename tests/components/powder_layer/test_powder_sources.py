@@ -101,6 +101,18 @@ def supplied(law, first, n=250, dx=2.0, steps=1600):
     return along, V * cosine, u / cosine, EXCESS / AIR_DENSITY * G * cosine * c * V * cosine / (u / cosine) ** 2
 
 
+@pytest.mark.parametrize("profile", ["uniform", "motpsa"])
+def test_without_air_weight_and_drag_balance(profile):
+    """(rho - rho_a) g h sin = (C_02 + C_top) rho u^2, to 1e-9: what does not change is exact whatever the step."""
+    cosine, height, share = np.cos(ANGLE), 5.0, 0.005
+    cloud = cloud_over((3, 3), 5.0, slope=(np.tan(ANGLE), 0.0), sides=(ROUND, ROUND), profile=profile,
+                       ground_drag=DRAG - 1e-4, top_drag=1e-4)
+    fill(cloud, height / cosine, share, 10.0 * cosine)
+    run_to(cloud, 400.0, 0.5)
+    expected = np.sqrt(EXCESS * share * G * height * np.sin(ANGLE) / (DRAG * (AIR_DENSITY + EXCESS * share)))
+    assert read(cloud)[2] / cosine == pytest.approx(expected, rel=1e-9)
+
+
 @pytest.mark.parametrize("law", ["parker_1986", "parker_1987"])
 def test_a_steady_supply_on_an_incline(law):
     """Of 5.9 kg/m3, from 5 m and 20 m/s on: thickness and speed within 1 % of the equation."""
