@@ -5,6 +5,7 @@ import numpy as np
 from snowmpm.components.powder_layer.arrays import Below
 from snowmpm.components.powder_layer.cloud import PowderCloud
 from snowmpm.depth.kernel_api import MARGIN
+from snowmpm.errors import SimulationError
 from snowmpm.stepping.component import Adapter
 
 MAPS = {"cloud_peak_height_experiment": ("m", 0), "cloud_peak_pressure_experiment": ("Pa", 1),
@@ -49,7 +50,13 @@ class PowderLayerInCells(Adapter):
     def end_step(self, dt):
         """Exchange with the flow, and move on."""
         self.changes_mass = self.cloud.advance(dt)
-        self._most = max(self._most, self.cloud.ice_momentum())
+        momentum = self.cloud.ice_momentum()
+        if not np.isfinite(momentum):
+            i, j = np.argwhere(~np.isfinite(self.cloud.inner).all(axis=2))[0]
+            raise SimulationError(f"powder layer: cell ({i}, {j}) has no finite height or velocity, at t ="
+                                  f" {self._solver.time:.6g} s, step {self._solver.steps}:\nlower solver.cfl, or check"
+                                  " the numbers of powder_layer")
+        self._most = max(self._most, momentum)
         if self.changes_mass:
             self._solver.particles.changed()
 
@@ -105,6 +112,8 @@ class PowderLayerInCells(Adapter):
         return {**self.cloud.to_dict(), "most": self._most}
 
     def restore(self, state):
-        """Take over what `state()` gave."""
+        """Take over what `state()` gave. Raises ValueError for a cloud that no run leaves."""
+        if not (np.isfinite(state["state"]).all() and (np.asarray(state["state"])[..., :2] >= 0.0).all()):
+            raise ValueError("a powder layer that is none of this scene")
         self.cloud.take(state)
         self._most = float(state["most"])

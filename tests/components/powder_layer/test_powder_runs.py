@@ -10,7 +10,7 @@ import pytest
 import snowmpm
 from snowmpm.advice.report import advise
 from snowmpm.compiler import runtime
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, SimulationError
 from snowmpm.scenes import Scene
 from snowmpm.setup.refusals import refuse_beyond
 from tests.support.same_runs import assert_goes_on_alike
@@ -129,3 +129,22 @@ def digest():
 if __name__ == "__main__":
     runtime.start("cpu", threads=int(sys.argv[1]))
     print(json.dumps(digest()))
+
+
+def test_a_cloud_that_is_no_number_ends_the_run_by_its_cell():
+    simulation = snowmpm.Simulation(scene())
+    simulation.step()
+    cloud = simulation.solver.adapters["powder_layer"].cloud
+    cloud.inner[10, 12, 2] = np.nan
+    with pytest.raises(SimulationError, match=r"cell \(\d+, \d+\) has no finite height or velocity, at t"):
+        simulation.step()
+
+
+@pytest.mark.parametrize("value", [np.nan, -1.0])
+def test_a_changed_checkpoint_is_refused(value):
+    adapter = snowmpm.Simulation(scene()).solver.adapters["powder_layer"]
+    state = adapter.state()
+    adapter.restore(state)
+    state["state"][9, 9, 0] = value
+    with pytest.raises(ValueError, match="none of this scene"):
+        adapter.restore(state)
