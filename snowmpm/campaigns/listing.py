@@ -15,6 +15,9 @@ from snowmpm.quantities.table import quantity
 SHOWN = ("runout", "affected_area", "largest_flow_speed", "largest_flow_pressure")
 """Numbers with pictures of their own, of those that a campaign has."""
 
+CLOUD = "largest_cloud_pressure_experiment"
+"""Beside them, of a flow with a powder layer."""
+
 SAW_SHOWN = ("saw_critical_length", "saw_crack_speed", "saw_collapse_height", "saw_fracture_energy")
 """Numbers of saw tests that are drawn and listed, in this order."""
 
@@ -31,9 +34,9 @@ def shown_numbers(campaign):
     table = campaign.table
     varied = [row[0] for row in summary(table) if row[3] > row[1]]
     first = [*(name for name in table.columns if name.startswith(REFERENCE)),
-             *(SAW_SHOWN if is_saw_test(table) else (*SHOWN, *PLAIN))]
+             *(SAW_SHOWN if is_saw_test(table) else (*SHOWN, CLOUD, *PLAIN))]
     shown = [name for name in dict.fromkeys((*first, *varied)) if name in varied and not name.endswith(OF_OTHERS)]
-    return shown[: len(SHOWN)]
+    return shown[: len(SHOWN) + (CLOUD in shown)]
 
 
 def numeric_parameters(file):

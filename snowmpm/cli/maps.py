@@ -18,11 +18,21 @@ from snowmpm.stages import counted
 def _definitions(wanted: bool):
     if wanted:
         from snowmpm.quantities.saw import SAW_TEST
-        from snowmpm.quantities.table import GAUGES, HISTORY, IMPACT, NUMBERS, OVER_TIME, PASSED, PATH, RASTERS
+        from snowmpm.quantities.table import (
+            GAUGES,
+            HISTORY,
+            IMPACT,
+            NUMBERS,
+            OVER_TIME,
+            PASSED,
+            PATH,
+            POWDER_LAYER,
+            RASTERS,
+        )
 
         print_definitions({"maps": RASTERS, "maps over time": OVER_TIME, "numbers": NUMBERS,
                            "gauges": (*GAUGES, *PASSED), "along a path": PATH, "impact": IMPACT, "history": HISTORY,
-                           "saw test": SAW_TEST})
+                           "powder layer": POWDER_LAYER, "saw test": SAW_TEST})
         raise typer.Exit
 
 

@@ -4,7 +4,9 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.io.parameters import at_rest, method_of
+from snowmpm.io.published import experiments
 from snowmpm.io.status import cautions
+from snowmpm.quantities.powder import DILUTE
 
 MOMENTUM, ENERGY, SPARED = 1e-4, 0.15, 0.05
 """Thresholds of the warnings: shares of momentum, of the energy that was stored and turned over, and of the lines of
@@ -24,6 +26,11 @@ def remarks(run):
     """Unusual values in the history of a `Run`, one line each."""
     history = {name: values for name, values in run.history.items() if len(values)}
     yield from cautions(run)
+    yield from experiments(run)
+    density = run.hazard.get("numbers", {}).get("largest_cloud_density_experiment", 0.0)
+    if density > DILUTE:
+        yield (f"The powder layer reached {density:.0f} kg/m3. Its equations hold for a dilute cloud, up to"
+               f" {DILUTE:g} kg/m3 or so.")
     for doubt in run.summary.get("friction_doubts", ()):
         yield f"Friction class {doubt}: another class, or a calibration, fits."
     if _last(history, "momentum_residual") > MOMENTUM:

@@ -109,7 +109,7 @@ def taken_as(kind):
     return next((own[base] for base in LAWS[kind].__mro__ if base in own), USUAL_LAW)
 
 
-OF_PARTICLES = ("particle", "point", "layer")
+OF_PARTICLES = ("particle", "point", "layer", "cell")
 """Last words of what grows with the number of particles of what components count."""
 
 

@@ -44,7 +44,8 @@ GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
 DEPTHS = ("release_depth", "peak_depth", "deposit_depth", "peak_thickness", "deposit_thickness", "momentary_depth")
 OF_MAP = {**dict.fromkeys(DEPTHS, DEPTH), "peak_speed": SPEED,
           "momentary_speed": SPEED, "peak_pressure": PRESSURE, "peak_momentum": MOMENTUM, "arrival_time": TIME,
-          "flow_duration": TIME}
+          "flow_duration": TIME, "cloud_peak_pressure_experiment": PRESSURE,
+          "cloud_peak_foot_pressure_experiment": PRESSURE, "cloud_peak_speed_experiment": SPEED}
 """Classes of each raster of a run, by its name."""
 
 

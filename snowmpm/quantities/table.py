@@ -5,6 +5,7 @@ Histories, logs, summary.json, maps, plots, reports, comparisons and vector file
 
 from dataclasses import replace
 
+from snowmpm.quantities import powder
 from snowmpm.quantities.classes import PRESSURES
 from snowmpm.quantities.motion import CREEP, FILMS, MOVING_SPEED, REST_MOMENTUM, REST_SHARE
 from snowmpm.quantities.quantity import Quantity, per_width
@@ -205,6 +206,7 @@ NUMBERS = (
     *(Quantity(f"reach_of_{p / 1e3:g}_kPa", f"reach of {p / 1e3:g} kPa", "m", "Length in plan, along the thalweg, from "
                "the top of the release to the furthest corner of the part of the affected area where the peak pressure "
                f"reached {p / 1e3:g} kPa.", HAZARD) for p in PRESSURES),
+    *powder.NUMBERS,
 )
 
 IMPACT = (
@@ -279,8 +281,11 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Old names of hazard numbers, and their new names."""
 
-QUANTITIES = {one.name: one for one in (*HISTORY, *RASTERS, *PASSED, *OVER_TIME, *NUMBERS, *IMPACT, *GAUGES, *PATH,
-                                        *SAW_TEST)}
+POWDER_LAYER = (*powder.HISTORY, *powder.RASTERS)
+"""Columns of the history and maps of flows with a powder layer."""
+
+QUANTITIES = {one.name: one for one in (*HISTORY, *RASTERS, *POWDER_LAYER, *PASSED, *OVER_TIME, *NUMBERS, *IMPACT,
+                                        *GAUGES, *PATH, *SAW_TEST)}
 """All quantities by name."""
 
 

@@ -243,10 +243,14 @@ class Recorder:
         mass = float(particles["mass"][particles.flowing()].sum()) + removed.get("laid", 0.0)
         gone, entrained = removed["mass"], removed.get("entrained", 0.0)
         entrained += sum(one.entrained() for one in self._simulation.solver.adapters)
-        whole = {"release_mass": mass + gone - entrained, "deposit_mass": mass,
+        apart = sum(sum(one.apart()) for one in self._simulation.solver.adapters)
+        whole = {"release_mass": mass + gone + apart - entrained, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
-        return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, whole,
-                             surface.height, release_plan(self._simulation.model))
+        found = hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, whole,
+                              surface.height, release_plan(self._simulation.model))
+        for adapter in self._simulation.solver.adapters:
+            found.numbers.update(adapter.numbers(self._simulation.model.map_grid))
+        return found
 
     def _end_state(self):
         """Input of `snowmpm.io.status` for the current state, which may be later than the last frame."""
@@ -255,9 +259,10 @@ class Recorder:
         flows = particles.flowing()
         now = Motion.of(particles["mass"][flows], particles["velocity"][flows], simulation.motion.peak_momentum,
                         gone.get("laid", 0.0))
-        left = gone["mass"] - gone["taken"]
+        apart = np.sum([one.apart() for one in simulation.solver.adapters] or [(0.0, 0.0)], axis=0)
+        left = gone["mass"] - gone["taken"] + apart[1]
         return {"time": simulation.time, "moving_share": now.moving_share, "momentum_share": now.momentum_share,
-                "left_share": left / max(now.mass + gone["mass"], 1e-300)}
+                "left_share": float(left / max(now.mass + gone["mass"] + apart.sum(), 1e-300))}
 
     def summary(self, phases, complete):
         """What summary.json says."""

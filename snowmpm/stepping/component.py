@@ -152,6 +152,10 @@ class Adapter:
         """Mass that lay still and has become part of the flow since time zero [kg] (`still_column`)."""
         return 0.0
 
+    def apart(self) -> tuple[float, float]:
+        """Mass of snow of the scene that is no particle, and that of which left the model [kg]."""
+        return 0.0, 0.0
+
     def impulses(self) -> list[Floats]:
         """Impulses (dim,) [N s] that it gave, each for itself, since they may cancel."""
         return []
@@ -173,6 +177,10 @@ class Adapter:
     def maps(self, grid: Any) -> Mapping[str, tuple[Floats, str]]:
         """Rasters of its own at the end of a run in three dimensions: name -> values (columns along x, rows along y),
         NaN where there is nothing, over the cells of a `results.map_grid.MapGrid`, and unit."""
+        return {}
+
+    def numbers(self, grid: Any) -> Mapping[str, float]:
+        """Numbers of its own beside those of hazard mapping, at the end of a run that has maps."""
         return {}
 
     def state(self) -> dict[str, Any]:

@@ -57,7 +57,7 @@ def laws():
 ROWS = {"step": steps, "law": laws, "sph": turns.sph, "columns": turns.columns, "pic": turns.pic,
         "averaged_hats": turns.averaged_hats, "water": turns.water, "interface": turns.interface,
         "lengths": turns.lengths, "faces": loads.faces, "cells": loads.cells, "panels": loads.panels,
-        "covers": loads.covers, "beds": loads.beds,
+        "covers": loads.covers, "beds": loads.beds, "clouds": loads.clouds,
         "frameworks": loads.frameworks, "scenes": in_scenes}
 """What measures the rows of each kind."""
 

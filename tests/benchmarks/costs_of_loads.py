@@ -44,12 +44,12 @@ def _block(method, dim, side):
                  "kind": "box", "min": [0.0] * dim, "max": [float(side)] * dim}}]}
 
 
-def _more_by(plain, component, looks=0):
+def _more_by(plain, component, looks=0, share=0.5):
     """-> (solver with a component, median over steps of the ns that it adds to a step, on the table's machine). looks:
-    steps to warm up and to take the mean of, for a component that does not act in each."""
+    steps to warm up and to take the mean of, for a component that does not act in each; share: of the longest step."""
     both = {**plain, **component}, plain
     solvers, taken, slowness = [Simulation(Scene.model_validate(one)).solver for one in both], [], Slowness()
-    dt = 0.5 * min(solver.stable_dt()[0] for solver in solvers)
+    dt = share * min(solver.stable_dt()[0] for solver in solvers)
     warm_up = looks or WARM_UP
     for _ in range(warm_up + (looks or (SOLVED_PAIRS if "implicit" in plain["solver"] else PAIRS))):
         slowness.sample()
@@ -127,6 +127,25 @@ def beds():
         particle = max(0.0, (long - short) / (many - few))
         yield "mpm entrainment", dim, "f32", "particle", particle
         yield "mpm entrainment", dim, "f32", "step", max(0.0, short - particle * few)
+
+
+def clouds():
+    """ns that a powder layer adds to a step, a cell of its live tiles and in all: of slabs that slide down a slope with
+    it and without it, in steps as long as those of runs."""
+    found = []
+    for side in (30.0, 160.0):
+        plain = {"name": "dust", "dimension": 3, "end_time": 60.0, "solver": {"method": "depth", "dx": 2.0},
+                 "domain": {"min": [0.0, 0.0, -400.0], "max": [side + 240.0, side + 80.0, 20.0]},
+                 "materials": {"snow": SNOW},
+                 "terrain": {"kind": "plane", "angle": 35.0, "friction": {"law": "voellmy", "mu": 0.2, "xi": 2000.0}},
+                 "bodies": [{"name": "slab", "material": "snow", "velocity": [16.0, 0.0, -11.2], "shape": {
+                     "kind": "layer", "top": 1.0, "region": {"x": [20.0, side + 20.0], "y": [40.0, side + 40.0]}}}]}
+        solver, more = _more_by(plain, {"powder_layer": {}}, looks=60, share=1.0)
+        found.append((solver.adapters["powder_layer"].work()["cell"], more))
+    (few, short), (many, long) = found
+    cell = max(0.0, (long - short) / (many - few))
+    yield "depth powder_layer", 3, "f32", "cell", cell
+    yield "depth powder_layer", 3, "f32", "step", max(0.0, short - cell * few)
 
 
 def frameworks():

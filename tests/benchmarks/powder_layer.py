@@ -41,6 +41,8 @@ VARIANTS = {
     "ground_drag x 2": {"ground_drag": 0.016},
     "top_drag = 0": {"top_drag": 0.0},
     "top_drag x 10": {"top_drag": 1e-3},
+    "front_drag = 0": {"front_drag": 0.0},
+    "front_drag x 2": {"front_drag": 1.0},
     "profile = motpsa": {"profile": "motpsa"},
     "cells of 10 m": {"dx": 10.0},
     "cells of 2.5 m": {"dx": 2.5},

@@ -15,6 +15,7 @@ from snowmpm.quantities.table import (
     OVER_TIME,
     PASSED,
     PATH,
+    POWDER_LAYER,
     QUANTITIES,
     RASTERS,
     quantity,
@@ -42,7 +43,8 @@ def test_no_number_of_an_avalanche_has_a_power_of_ten():
 
 
 def test_each_name_is_defined_once_where_it_is_computed():
-    names = [one.name for one in (*HISTORY, *RASTERS, *PASSED, *OVER_TIME, *IMPACT, *GAUGES, *PATH, *SAW_TEST)]
+    names = [one.name for one in (*HISTORY, *RASTERS, *PASSED, *OVER_TIME, *IMPACT, *GAUGES, *PATH, *SAW_TEST,
+                                   *POWDER_LAYER)]
     names += [one.name for one in NUMBERS if one not in HISTORY]
     assert len(names) == len(set(names)) == len(QUANTITIES)
     labels = [one.label for one in QUANTITIES.values()]

@@ -13,7 +13,7 @@ G, CORE = 9.81, 200.0
 EXCESS = ICE_DENSITY - AIR_DENSITY
 OPEN, WALL, ROUND = ("open", "open"), ("slip", "slip"), ("periodic", "periodic")
 ALONE = {"suspension": "none", "air_entrainment": "none", "core_drag": 0.0, "fall_speed": 0.0, "ground_drag": 0.0,
-         "top_drag": 0.0}
+         "top_drag": 0.0, "front_drag": 0.0}
 """Nothing but weight and pressure."""
 
 

@@ -44,6 +44,7 @@ def page():
         ("Maps", quantities.RASTERS, "`snowmpm maps`: GeoTIFF, and `run.to_xarray(\"maps\")`."),
         ("Maps over time", quantities.OVER_TIME, "The same at each frame, where they are written."),
         ("Numbers of an avalanche", quantities.NUMBERS, "`snowmpm maps`, `summary.json`, `compare`, campaigns."),
+        ("Powder layer", quantities.POWDER_LAYER, "An experiment: rows of `run.history`, and maps."),
         ("Gauges", (*quantities.GAUGES, *quantities.PASSED), "`snowmpm maps --gauges`; the rasters: `run.passed`."),
         ("Along a path", quantities.PATH, "`snowmpm maps`, along the thalweg or `--path`."),
         ("Loads on obstacles", quantities.IMPACT,

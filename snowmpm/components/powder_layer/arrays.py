@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 from snowmpm.compiler.groups import Array, Double
 
-STATE, SLOPES, FLUX, PEAKS = 4, 8, 6, 4
-"""Numbers of a cell: V, I, M_x, M_y; slopes of V, c, u, v along x, then along y; of a flux: volume, ice, momentum (2)
+STATE, SLOPES, FLUX, PEAKS = 4, 10, 6, 5
+"""Numbers of a cell: V, I, M_x, M_y; slopes of V, c, u, v along x, then along y, and the
+difference of V two cells apart along x and along y; of a flux: volume, ice, momentum (2)
 less the pressure in the cell before the face, and less that in the cell beyond, each in the plane of this cell; of
-peaks: height, pressure of the means, pressure at the foot, speed."""
+peaks: height, pressure of the means, pressure at the foot, speed, density."""
 
 REPORT = 12
 RATE, AIR, ADDED, PULL, FACES, DRAG = 0, 1, 2, 3, 6, 9
@@ -24,7 +25,7 @@ got [J/m2]; air of a cloud that dispersed [m], and its ice [kg/m2]; RATE of a st
 
 class Cloud(NamedTuple):
     """Of all cells, those beyond the sides included, row after row of `ny`: state (n, 4), that at the start of the step
-    `first` (n, 4), slopes (n, 8), flux (n, 2, 6) of the faces towards +x and +y, peaks (n, 4) so far; laid and cover
+    `first` (n, 4), slopes (n, 10), flux (n, 2, 6) of the faces towards +x and +y, peaks (n, 5) so far; laid and cover
     (n,) [kg/m2 in plan]: ice on the ground, and snow that may be taken up; own (n,): whether a cell lies within the
     sides and has ground."""
 
@@ -69,8 +70,8 @@ class Step(NamedTuple):
 
 class Numbers(NamedTuple):
     """rho_a, rho_i - rho_a, rho_i [kg/m3]; factors <cu>, <uu>, <cuu>, and of u^2 and c u^2 at the foot; drags of the
-    ground, between the layers, of the top; fall speed [m/s]; rate and stress of the suspension, and of what takes
-    the snow cover up."""
+    ground, between the layers, of the top, of the front; fall speed [m/s]; rate and stress of the suspension, and of
+    what takes the snow cover up."""
 
     air: Double
     excess: Double
@@ -83,6 +84,7 @@ class Numbers(NamedTuple):
     ground_drag: Double
     core_drag: Double
     top_drag: Double
+    front_drag: Double
     fall: Double
     rate: Double
     stress: Double

@@ -12,6 +12,7 @@ from snowmpm.components.powder_layer.exchange import exchange_kernel
 from snowmpm.components.powder_layer.kernels import kernels
 from snowmpm.depth.kernel_api import MARGIN, TILE, WALLS
 
+STRANGE = "a powder layer that is none of this scene"
 CFL = 0.45
 """Sum over both axes of what signals cross of a cell in a step; from 1/2 on volume and ice may fall below 0."""
 LOOK = 4
@@ -33,7 +34,7 @@ ground and air; that the flow got of it; that went to the ground with what settl
 
 class PowderCloud:
     """A cloud over the cells of a plan grid. state (nx + 2 MARGIN, ny + 2 MARGIN, 4): V [m], I [m], M [kg/m/s]; laid
-    and cover (...): ice on the ground, and snow cover that may be taken up [kg/m2 in plan]; peaks (..., 4): of
+    and cover (...): ice on the ground, and snow cover that may be taken up [kg/m2 in plan]; peaks (..., 5): of
     `arrays.PEAKS` so far; sums, impulses: SUMS and IMPULSES by name."""
 
     def __init__(self, below, grid, sides, holes, g, options):
@@ -73,6 +74,7 @@ class PowderCloud:
 
     def restart(self):
         """Time zero is now."""
+        self._slopes_before = self.below.ground[..., :2].copy()
         self.sums: dict[str, float] = dict.fromkeys(SUMS, 0.0)
         self.impulses: dict[str, Any] = {name: np.zeros(3) for name in IMPULSES}
         self._start = {"air": self.air, "ice": self.ice_mass, "momentum": self.momentum()}
@@ -103,22 +105,34 @@ class PowderCloud:
         return self.area * np.append(M.sum(axis=(0, 1)), (M * s).sum())
 
     def ice_momentum(self):
-        """Size of the momentum of the ice in plan [kg m/s]."""
+        """Sum over the cells of the size of the momentum of the ice in plan [kg m/s]."""
         V, ice = self.inner[..., 0], self.inner[..., 1]
         weight = self.numbers.air * V + self.numbers.cu * self.numbers.excess * ice
         share = np.divide(self.numbers.ice * ice, weight, out=np.zeros_like(V), where=V > 0.0)
-        return self.area * float(np.linalg.norm((share[..., None] * self.inner[..., 2:]).sum(axis=(0, 1))))
+        return self.area * float((share * np.hypot(self.inner[..., 2], self.inner[..., 3])).sum())
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
     def advance(self, dt):
         """What the layers exchange in a step of the flow of dt [s], then the cloud by steps of its own; -> whether the
         flow changed."""
+        self._follow_ground()
         self.wake()
         with runtime.precision("f64"):
             changed = self._exchange(dt)
         self.move(dt, float(self._passing[:, arrays.FASTEST].max()))
         return changed
+
+    def _follow_ground(self):
+        """Where the ground has turned since the last step, the cloud turns with it, and the ground gives the momentum
+        that this takes."""
+        slopes = self.below.ground[..., :2]
+        if not np.array_equal(slopes, self._slopes_before):
+            inner = np.s_[MARGIN:-MARGIN, MARGIN:-MARGIN]
+            turned = slopes[inner].astype(float) - self._slopes_before[inner]
+            self.impulses["faces"] = self.impulses["faces"] + np.array(
+                [0.0, 0.0, self.area * float((self.inner[..., 2:] * turned).sum())])
+            self._slopes_before = slopes.copy()
 
     def move(self, dt, rate):
         """The cloud by itself for dt [s], in steps of CFL. rate: sum over both axes of its signals over dx [1/s], 0
@@ -224,16 +238,33 @@ class PowderCloud:
                 "peaks": self.peaks.copy(), "sums": {**self.sums},
                 "impulses": {name: one.copy() for name, one in self.impulses.items()},
                 "start_air": self._start["air"], "start_ice": self._start["ice"],
-                "start_momentum": self._start["momentum"].copy()}
+                "start_momentum": self._start["momentum"].copy(), "slopes": self._slopes_before.copy()}
 
     def take(self, found):
-        """Take over a `to_dict()`."""
-        for array, name in ((self.state, "state"), (self.laid, "laid"), (self.cover, "cover"), (self.peaks, "peaks")):
-            array[:] = found[name]
-        self.sums = {name: float(found["sums"][name]) for name in SUMS}
-        self.impulses = {name: np.array(found["impulses"][name]) for name in IMPULSES}
-        self._start = {"air": float(found["start_air"]), "ice": float(found["start_ice"]),
-                       "momentum": np.array(found["start_momentum"])}
+        """Take over a `to_dict()`. Raises ValueError for one that no cloud of this scene leaves."""
+        own = {"state": self.state, "laid": self.laid, "cover": self.cover, "peaks": self.peaks}
+        taken = {name: numbers_from(found[name], array.shape) for name, array in own.items()}
+        state = taken["state"]
+        if any((one < 0.0).any() for one in (state[..., :2], *(taken[name] for name in ("laid", "cover", "peaks")))):
+            raise ValueError(STRANGE)
+        if (state[..., 1] > state[..., 0] * (1.0 + 1e-6)).any() or (state[~self._own & ~self._image] != 0.0).any():
+            raise ValueError(STRANGE)
+        sums = {name: numbers_from(found["sums"][name], ()) for name in SUMS}
+        impulses = {name: numbers_from(found["impulses"][name], (3,)) for name in IMPULSES}
+        start = {name: numbers_from(found[f"start_{name}"], (3,) if name == "momentum" else ()) for name in self._start}
+        slopes = numbers_from(found["slopes"], self._slopes_before.shape)
+        for name, array in own.items():
+            array[:] = taken[name]
+        self.sums, self.impulses, self._start = sums, impulses, start
+        self._slopes_before = slopes.astype(self._slopes_before.dtype)
+
+
+def numbers_from(found, shape):
+    """Finite real numbers of this shape, one as a float; else ValueError."""
+    found = np.asarray(found)
+    if found.shape != shape or found.dtype.kind != "f" or not np.isfinite(found).all():
+        raise ValueError(STRANGE)
+    return found.astype(float) if shape else float(found)
 
 
 def numbers_of(options, g=9.81):
@@ -242,6 +273,6 @@ def numbers_of(options, g=9.81):
     fall = closures.fall_speed(options.grain_diameter, g) if options.fall_speed is None else options.fall_speed
     return arrays.Numbers(
         closures.AIR_DENSITY, closures.ICE_DENSITY - closures.AIR_DENSITY, closures.ICE_DENSITY,
-        *closures.SHAPE[options.profile], options.ground_drag, options.core_drag, options.top_drag, fall,
-        closures.USUAL_RATE[options.suspension] if rate is None else rate, options.suspension_stress,
+        *closures.SHAPE[options.profile], options.ground_drag, options.core_drag, options.top_drag, options.front_drag,
+        fall, closures.USUAL_RATE[options.suspension] if rate is None else rate, options.suspension_stress,
         options.cover_rate, options.cover_stress)

@@ -55,6 +55,9 @@ class PowderLayer(Spec):
     """C_12 of the stress C rho (u_1 - u_2)^2 between flow and cloud [-]"""
     top_drag: NonNegative = 1e-4
     """C of the stress C rho u^2 at the top [-]"""
+    front_drag: NonNegative = 0.5
+    """k of the resistance of the air ahead, k rho_a d(h u)/dt where the cloud grows [-]; a front in air has a Froude
+    number of 1 / sqrt(2 k)"""
 
 
 class OfScene(Spec):
@@ -67,13 +70,13 @@ class OfScene(Spec):
 def asked(scene: Any) -> Iterable[tuple[str, object]]:
     """(key, value) of the table."""
     if scene.powder_layer:
-        yield "powder_layer.profile", scene.powder_layer.profile
+        yield "powder_layer", "a table"
 
 
 def refuse(scene: Any) -> None:
-    """Raise InputError where columns compute the flow."""
+    """Raise InputError where columns compute the flow, and for two covers."""
     if scene.solver.in_plan and not scene.solver.in_volumes:
-        raise InputError.at("powder_layer.profile", scene.powder_layer.profile, "does not go with solver.depth.scheme ="
+        raise InputError.at("powder_layer", "a table", "does not go with solver.depth.scheme ="
                             ' "columns": its cells lie over those of "volumes"', scene.source)
     keys = [key for other in components.used(scene) for key, _ in other.asked(scene)]
     if scene.powder_layer.cover_load > 0.0 and any(key.startswith("terrain.entrainment") for key in keys):
@@ -89,4 +92,4 @@ def told(scene: Any) -> dict[str, str]:
 COMPONENTS.add(Component(
     "powder_layer", __package__, "powder layer", asked, order=60, keys={"scene": OfScene},
     adapters={"depth": f"{__package__}.volumes:adapter"}, beside=("switch", "zone", "saw_test"), refuse=refuse,
-    told=told, cautions=f"{__package__}.cautions", costs={"step": 1.5e6, "cell": 1000.0}))
+    told=told, cautions=f"{__package__}.cautions"))

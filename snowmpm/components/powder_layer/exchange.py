@@ -51,6 +51,8 @@ from snowmpm.depth.kernel_api import TILE, surface_speed
 
 DISPERSE = 1e-6
 """Ice [kg/m2] below which a cell holds no cloud."""
+SMALLEST = {ti.f32: 2.0**-22, ti.f64: 2.0**-51}
+"""Two units in the last place of 1."""
 MOST = 0.5
 """Share of the flow in a cell that may leave it in a step."""
 
@@ -113,6 +115,7 @@ def taken_up(cloud: ti.template(), numbers: ti.template(), step: ti.template(), 
 def exchange_kernel(real, suspension, bed, serial):
     """Kernel of an exchange. real: type of the flow's numbers; suspension, bed: names of `closures`. The report has the
     numbers of `arrays.PASSING`."""
+    smallest = SMALLEST[real]
     suspended, near_bed = ti.func(SUSPENSION[suspension]), ti.func(BED[bed])
 
     @ti.func
@@ -132,11 +135,11 @@ def exchange_kernel(real, suspension, bed, serial):
     def settled(cloud: ti.template(), below: ti.template(), numbers: ti.template(), c, core, w, mass):
         """The flow in a cell after ice of a cloud with velocity w has settled on it."""
         after = core
-        mixed = (below.rho * core_momentum(core) + mass * w) / (below.rho * core[0] + mass)
-        joined = rounded(core[0] + mass / below.rho, mixed[0], mixed[1])
-        # not where nothing falls, and not where rounding asks for more than there is
-        if mass > 0.0 and below.rho * (joined[0] - core[0]) < numbers.ice * cloud.state[c, 1]:
-            after = joined
+        # of a thin cloud almost all settles, and the flow, as it is rounded, must not ask for more than there is
+        fits = ti.min(mass, numbers.ice * cloud.state[c, 1] - smallest * (below.rho * core[0] + mass))
+        if fits > 0.0:
+            mixed = (below.rho * core_momentum(core) + fits * w) / (below.rho * core[0] + fits)
+            after = rounded(core[0] + fits / below.rho, mixed[0], mixed[1])
             give(cloud, numbers, c, below.rho * (core[0] - after[0]),
                  below.rho * (core_momentum(core) - core_momentum(after)))
         return after

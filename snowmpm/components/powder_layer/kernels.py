@@ -7,17 +7,24 @@ G^-1 = I - s s / (1 + s^2), m = rho_a V + (rho_i - rho_a) I the mass and M the m
     dI/dt + div(<cu> I w) = 0
     dM/dt + div((<uu> rho_a V + <cuu> (rho_i - rho_a) I) w w) = -(1/cos) G^-1 grad P - (rho_i - rho_a) I cos^2 g s
                                                                - (C_02 + C_top) (m / V) |w| w / cos
+                                                               - k rho_a d(V w_n)/dt n where V grows
     M = (rho_a V + <cu> (rho_i - rho_a) I) w,   P = (rho - rho_a) g cos h^2 / 2 = g cos^3 (rho_i - rho_a) I V / 2
 
 which are the equations of the guide (`docs/powder_layer.md`), with what the layers exchange left to `exchange`. Air
 that is taken in is at rest. Cloud of the density of air feels neither weight nor pressure.
 
+The last term is the air that the front pushes aside: that of TWODEE (Hankin and Britter 1999, J. Hazard. Mater. 66,
+211, as the program RTWODEE2 has it), but for n, the direction of the front, in which V falls off. The momentum along a
+front is left alone: clouds would lose speed at their sides, the more the finer the cells. Over a front that moves at U
+the term adds up to k rho_a U^2 h, so that U^2 = (rho_2 - rho_a) g_n h / (2 k rho_a): a Froude number of 1 / sqrt(2 k)
+with the density of air, whatever the cells.
+
 Fluxes by HLL (Harten, Lax, van Leer 1983, doi:10.1137/1025002) from limited slopes of V, c and w; two stages (Shu,
 Osher 1988, doi:10.1016/0021-9991(88)90177-5), each of which reckons drag with the new velocity. Of second order where
-nothing but weight and pressure acts; of first order in time in drag and air, with states that do not change exact. With
-sum |lambda| dt / dx below 1/2 over both axes V and I stay positive, and c within its bounds where profiles are uniform.
-Velocities cross faces as in `depth.volumes.kernels`: turned from plane to plane without a change of speed, and pressure
-counts against that within the cell.
+nothing but weight and pressure acts; of first order in time in drag, air and front, with states that do not change
+exact. With sum |lambda| dt / dx below 1/2 over both axes V and I stay positive, and c within its bounds where profiles
+are uniform. Velocities cross faces as in `depth.volumes.kernels`: turned from plane to plane without a change of speed,
+and pressure counts against that within the cell.
 """
 
 import functools
@@ -45,6 +52,8 @@ from snowmpm.components.powder_layer.arrays import (
 from snowmpm.components.powder_layer.closures import AIR as AIR_LAWS
 from snowmpm.depth.kernel_api import TILE, carried, limited, surface_speed
 
+AHEAD = 8
+"""Of `arrays.SLOPES`: the first of the differences over two cells."""
 LEAST = 1e-9
 """V [m] below which a cell has no velocity."""
 COVERED = 1e-3
@@ -167,6 +176,9 @@ def kernels(air_law, serial):
                         c = i * tiles.ny + j
                         for k in ti.static(range(SLOPES)):
                             cloud.slopes[c, k] = 0.0
+                        for axis in ti.static(range(2)):
+                            step = ti.select(axis == 0, tiles.ny, 1)
+                            cloud.slopes[c, AHEAD + axis] = cloud.state[c + step, 0] - cloud.state[c - step, 0]
                         if cloud.state[c, 0] > LEAST:
                             s, w = slope_of(below, i, j), velocity_in(cloud, numbers, c)
                             cosine = cosine_in(below, i, j)
@@ -293,6 +305,7 @@ def kernels(air_law, serial):
             cloud.peaks[c, 2] = ti.max(cloud.peaks[c, 2], (numbers.foot_uu * numbers.air
                                                            + numbers.foot_cuu * numbers.excess * part) * head)
             cloud.peaks[c, 3] = ti.max(cloud.peaks[c, 3], speed)
+            cloud.peaks[c, 4] = ti.max(cloud.peaks[c, 4], numbers.air + numbers.excess * part)
 
     @grouped_kernel(ti.f64)
     def advance(cloud: Cloud, below: Below, tiles: Tiles, numbers: Numbers, step: Step, report: Array):
@@ -326,6 +339,17 @@ def kernels(air_law, serial):
                             speed = surface_speed(w[0], w[1], s[0], s[1])
                             pull = -step.dt * step.g * cosine**2 * numbers.excess * ice * s
                             momentum += pull
+                            if new > LEAST:
+                                # the air ahead takes of the momentum across the front, not of that along it
+                                m = weight_of(numbers, new, left)
+                                rise = ti.Vector([cloud.slopes[c, AHEAD], cloud.slopes[c, AHEAD + 1]])
+                                up = rise - rise.dot(s) * cosine**2 * s
+                                if new > V and momentum.dot(rise) < 0.0:
+                                    still = numbers.front_drag * numbers.air
+                                    across, before = momentum.dot(rise), V * w.dot(rise)
+                                    change = (across + still * before) * (m / (m + still * new)) - across
+                                    lost = change / rise.dot(up) * up
+                                momentum += lost
                             if V > LEAST:
                                 richardson = (numbers.excess / numbers.air * step.g * cosine**2 * ice
                                               / ti.max(speed * speed, 1e-12))
@@ -335,8 +359,9 @@ def kernels(air_law, serial):
                                 drag = drag_under(below, numbers, i, j) * speed / (cosine * new)
                                 share = (numbers.air * new + numbers.excess * left) / weight_of(numbers, new, left)
                                 # by the speed of the stage's start: a state of balance is one of the step as well
-                                lost = momentum * (1.0 / (1.0 + step.dt * drag * share) - 1.0)
-                                momentum += lost
+                                rubbed = momentum * (1.0 / (1.0 + step.dt * drag * share) - 1.0)
+                                momentum += rubbed
+                                lost += rubbed
                         if new <= LEAST:
                             lost -= momentum
                             momentum *= 0.0

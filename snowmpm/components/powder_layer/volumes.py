@@ -3,9 +3,11 @@
 import numpy as np
 
 from snowmpm.components.powder_layer.arrays import Below
-from snowmpm.components.powder_layer.cloud import PowderCloud
+from snowmpm.components.powder_layer.cloud import PowderCloud, numbers_from
 from snowmpm.depth.kernel_api import MARGIN
 from snowmpm.errors import SimulationError
+from snowmpm.quantities.classes import PRESSURES
+from snowmpm.quantities.powder import EXPERIMENT, HISTORY
 from snowmpm.stepping.component import Adapter
 
 MAPS = {"cloud_peak_height_experiment": ("m", 0), "cloud_peak_pressure_experiment": ("Pa", 1),
@@ -14,11 +16,8 @@ MAPS = {"cloud_peak_height_experiment": ("m", 0), "cloud_peak_pressure_experimen
 MOVES = 0.01
 """Share of the largest momentum of its ice down to which the cloud moves: the air goes on for minutes."""
 
-UNITS = {"suspended_mass": "kg", "settled_mass": "kg", "cloud_laid_mass": "kg", "cloud_cover_mass": "kg",
-         "cloud_left_mass": "kg",
-         "cloud_ice_mass": "kg", "cloud_air_volume": "m3", "cloud_air_taken_in": "m3", "cloud_momentum": "kg m/s",
-         "cloud_momentum_x": "kg m/s", "cloud_momentum_y": "kg m/s", "cloud_momentum_z": "kg m/s",
-         "cloud_ice_residual": "1", "cloud_air_residual": "1", "cloud_momentum_residual": "1"}
+UNITS = {one.name: one.unit for one in HISTORY}
+"""Of its columns of the history."""
 
 
 def adapter(model):
@@ -51,7 +50,7 @@ class PowderLayerInCells(Adapter):
         """Exchange with the flow, and move on."""
         self.changes_mass = self.cloud.advance(dt)
         momentum = self.cloud.ice_momentum()
-        if not np.isfinite(momentum):
+        if not np.isfinite(momentum + self.cloud.inner.sum()):
             i, j = np.argwhere(~np.isfinite(self.cloud.inner).all(axis=2))[0]
             raise SimulationError(f"powder layer: cell ({i}, {j}) has no finite height or velocity, at t ="
                                   f" {self._solver.time:.6g} s, step {self._solver.steps}:\nlower solver.cfl, or check"
@@ -80,23 +79,47 @@ class PowderLayerInCells(Adapter):
         masses = (sums["suspended"], sums["settled"], sums["laid"], sums["cover"], sums["left_ice"],
                   cloud.ice_mass)
         values = (*masses, cloud.air, sums["air"], float(np.linalg.norm(momentum)), *momentum.tolist(), *residuals)
-        return dict(zip(UNITS, values, strict=True))
+        return dict(zip((name for name in UNITS if name != "cloud_energy"), values, strict=True))
 
     def units(self):
         """Their units."""
-        return {**UNITS, "cloud_energy": "J"}
+        return UNITS
 
     def maps(self, grid):
-        """Peaks so far over the cells of a map: the largest of the cells whose middles lie in it, NaN without."""
+        """Peaks so far over the cells of a map: the largest of the cells whose middles lie in it, and of that in which
+        its own middle lies; NaN without."""
         plan, peaks = self._solver.grid, self.cloud.peaks[MARGIN:-MARGIN, MARGIN:-MARGIN]
         i, j = np.moveaxis(np.floor((plan.places() - grid.lower) / grid.cell).astype(int), -1, 0)
         held = (peaks[..., 0] > 0.0) & (i >= 0) & (i < grid.shape[0]) & (j >= 0) & (j < grid.shape[1])
+        middles = np.stack(np.meshgrid(*(low + (np.arange(n) + 0.5) * grid.cell for low, n in zip(
+            grid.lower, grid.shape, strict=True)), indexing="ij"), axis=-1)
+        at = np.floor((middles - plan.places()[0, 0] + 0.5 * plan.dx) / plan.dx).astype(int)
+        inside = ((at >= 0) & (at < plan.shape)).all(axis=-1)
+        under = np.zeros(grid.shape, bool)
+        under[inside] = peaks[tuple(at[inside].T)][:, 0] > 0.0
+        at = tuple(at[under].T)
         found = {}
         for name, (unit, k) in MAPS.items():
             values = np.full(grid.shape, np.nan)
             np.fmax.at(values, (i[held], j[held]), peaks[held][:, k])
+            values[under] = np.fmax(values[under], peaks[at][:, k])
             found[name] = values, unit
         return found
+
+    def numbers(self, grid):
+        """Largest values of its maps, and areas by pressure."""
+        maps = {name: np.nan_to_num(values) for name, (values, _) in self.maps(grid).items()}
+        found = {f"largest_cloud_{one}{EXPERIMENT}": float(maps[f"cloud_peak_{one}{EXPERIMENT}"].max())
+                 for one in ("height", "pressure", "speed")}
+        found[f"largest_cloud_density{EXPERIMENT}"] = float(self.cloud.peaks[..., 4].max())
+        pressure = maps[f"cloud_peak_pressure{EXPERIMENT}"]
+        return found | {f"cloud_area_above_{p / 1e3:g}_kPa{EXPERIMENT}": float((pressure >= p).sum()) * grid.cell**2
+                        for p in PRESSURES}
+
+    def apart(self):
+        """Ice in the cloud and on the ground, but for that of the snow cover; ice that left."""
+        sums = self.cloud.sums
+        return self.cloud.ice_mass + sums["laid"] - sums["cover"], sums["left_ice"]
 
     def work(self):
         """Cells that a step looks at."""
@@ -113,7 +136,5 @@ class PowderLayerInCells(Adapter):
 
     def restore(self, state):
         """Take over what `state()` gave. Raises ValueError for a cloud that no run leaves."""
-        if not (np.isfinite(state["state"]).all() and (np.asarray(state["state"])[..., :2] >= 0.0).all()):
-            raise ValueError("a powder layer that is none of this scene")
         self.cloud.take(state)
-        self._most = float(state["most"])
+        self._most = numbers_from(state["most"], ())

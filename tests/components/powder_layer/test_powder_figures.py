@@ -14,6 +14,7 @@ ROWS = {"air_entrainment = \"parker_1987\"": ["air_entrainment = parker_1987"],
         "grain_diameter": ["grain_diameter = 0.1 mm", "grain_diameter = 0.5 mm"],
         "bed_concentration = \"uniform\"": ["bed_concentration = uniform"],
         "ground_drag": ["ground_drag x 1/2", "ground_drag x 2"],
+        "front_drag": ["front_drag = 0", "front_drag x 2"],
         "profile = \"motpsa\"": ["profile = motpsa"],
         "cells of": ["cells of 10 m", "cells of 2.5 m"]}
 """How a line of the guide begins, and the rows of the table that it tells."""

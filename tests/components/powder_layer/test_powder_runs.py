@@ -11,6 +11,10 @@ import snowmpm
 from snowmpm.advice.report import advise
 from snowmpm.compiler import runtime
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.io.published import statement
+from snowmpm.io.remarks import remarks
+from snowmpm.io.status import status_of
+from snowmpm.quantities.powder import DILUTE
 from snowmpm.scenes import Scene
 from snowmpm.setup.refusals import refuse_beyond
 from tests.support.same_runs import assert_goes_on_alike
@@ -140,11 +144,117 @@ def test_a_cloud_that_is_no_number_ends_the_run_by_its_cell():
         simulation.step()
 
 
-@pytest.mark.parametrize("value", [np.nan, -1.0])
-def test_a_changed_checkpoint_is_refused(value):
+def test_a_height_that_is_no_number_ends_the_run_as_well():
+    simulation = snowmpm.Simulation(scene())
+    simulation.step()
+    simulation.solver.adapters["powder_layer"].cloud.inner[70, 3, 0] = np.nan
+    with pytest.raises(SimulationError, match="powder layer: cell"):
+        simulation.step()
+
+
+def at(name, value):
+    """Change that sets an item of an array."""
+    def change(state):
+        state[name][np.unravel_index(state[name].size // 2, state[name].shape)] = value
+    return change
+
+
+CHANGES = {
+    "state none": at("state", np.nan), "state below empty": lambda state: state["state"][9, 9].fill(-1.0),
+    "more ice than volume": lambda state: state["state"][9, 9].__setitem__(1, 1.0),
+    "peaks": at("peaks", -1.0), "laid": at("laid", np.inf), "cover": at("cover", -1.0),
+    "one row": lambda state: state.update(state=state["state"][:1]),
+    "whole numbers": lambda state: state.update(laid=state["laid"].astype(np.int8)),
+    "most": lambda state: state.update(most=np.inf), "truth": lambda state: state.update(start_air=True),
+    "sum": lambda state: state["sums"].update(air=np.nan),
+    "impulse of two": lambda state: state["impulses"].update(core=np.zeros(2)),
+    "momentum of one": lambda state: state.update(start_momentum=np.zeros(1)),
+    "slopes": at("slopes", np.nan),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_changed_checkpoint_is_refused(change):
     adapter = snowmpm.Simulation(scene()).solver.adapters["powder_layer"]
     state = adapter.state()
     adapter.restore(state)
-    state["state"][9, 9, 0] = value
+    CHANGES[change](state)
     with pytest.raises(ValueError, match="none of this scene"):
         adapter.restore(state)
+
+
+def test_ice_that_leaves_the_model_is_said(tmp_path):
+    """The run is not final, and the release has its whole mass whatever the cloud holds."""
+    made = scene(end=8.0, grain_diameter=1e-4, suspension_rate=1e-2)
+    run = snowmpm.run(made, tmp_path / "run")
+    numbers, last = run.hazard["numbers"], run.summary["last"]
+    assert last["cloud_left_mass"] > 0.01 * numbers["release_mass"]
+    assert numbers["left_share"] >= last["cloud_left_mass"] / numbers["release_mass"] * 0.999
+    assert numbers["release_mass"] == pytest.approx(run.history["mass"][0], rel=1e-3)
+    assert not status_of(run).final
+
+
+def test_a_cloud_that_is_not_dilute_is_said(tmp_path):
+    """With its density, in the remarks of the run; a dilute one is not."""
+    for rate, dense in ((1e-1, True), (1e-4, False)):
+        run = snowmpm.run(scene(suspension_rate=rate), tmp_path / str(dense))
+        found = list(remarks(run))
+        assert any("dilute" in one for one in found) == dense
+        assert any("experiments" in one for one in found) and "experiments" in statement(run)
+        assert (run.hazard["numbers"]["largest_cloud_density_experiment"] > DILUTE) == dense
+
+
+def test_maps_of_any_cell_cover_what_the_cloud_covered(tmp_path):
+    """Cells of 2 m: the same area on map cells of 1 and 2 m, up to a quarter more on those of 4 m, and the same largest
+    values."""
+    areas, largest = {}, []
+    for cell in (1.0, 2.0, 4.0):
+        tables = scene().model_dump(exclude_unset=True)
+        tables["output"]["map_cell"] = cell
+        run = snowmpm.run(Scene.model_validate(tables), tmp_path / str(cell))
+        height = np.nan_to_num(run.maps["cloud_peak_height_experiment"].values)
+        areas[cell] = (height > 0.0).sum() * cell**2
+        largest.append(float(height.max()))
+    assert areas[1.0] == areas[2.0] <= areas[4.0] <= 1.25 * areas[2.0] and largest[0] == largest[1] == largest[2]
+    assert run.hazard["numbers"]["largest_cloud_height_experiment"] == pytest.approx(largest[0], rel=1e-3)
+
+
+def test_a_mirrored_avalanche_leaves_mirrored_dust():
+    """Of a scene alike on both sides of its middle: to 1e-9 of the height."""
+    simulation = snowmpm.Simulation(scene(suspension_rate=1e-2))
+    while simulation.time < 4.0:
+        simulation.step(4.0)
+    V = simulation.solver.adapters["powder_layer"].cloud.inner[..., 0]
+    assert np.abs(V - V[:, ::-1]).max() < 1e-9 * V.max()
+
+
+def test_two_clouds_that_run_apart_come_to_rest_as_one_does(tmp_path):
+    """Not when their momenta cancel."""
+    ended = []
+    for number in (1, 2):
+        body = {"material": "snow"}
+        bodies = [{**body, "name": f"slab{k}", "velocity": [16.0 * side, 0.0, 0.0], "shape": {
+            "kind": "layer", "top": 1.0, "region": {"x": sorted([2.0 * side, 42.0 * side]), "y": [16.0, 44.0]}}}
+            for k, side in enumerate((1.0, -1.0)[:number])]
+        tables = scene(end=100.0).model_dump(exclude_unset=True) | {
+            "bodies": bodies, "stop": {"at_rest": True}, "terrain": {"kind": "plane", "angle": 0.0, "friction": 0.5},
+            "domain": {"min": [-150.0, 0.0, -10.0], "max": [150.0, 60.0, 20.0]}}
+        run = snowmpm.run(Scene.model_validate(tables), tmp_path / str(number))
+        ended.append(run.summary["time"])
+    assert ended[0] == pytest.approx(ended[1], abs=1.01)
+
+
+def test_ground_that_turns_under_the_cloud_gives_it_momentum(tmp_path):
+    """Snow cover that the flow takes up: the cloud's balance of momentum closes to 1e-11."""
+    tables = scene(precision="f64").model_dump(exclude_unset=True)
+    tables["terrain"]["entrainment"] = {"law": "erosion_energy", "energy": 2000.0, "thickness": 0.5}
+    run = snowmpm.run(Scene.model_validate(tables), tmp_path / "run")
+    assert run.history["cloud_momentum_residual"].max() < 1e-11 and run.history["entrained_mass"][-1] > 0.0
+
+
+def test_loads_are_said_to_be_those_of_the_flow_alone():
+    mast = {"name": "mast", "shape": {"kind": "box", "min": [100.0, 25.0, -100.0], "max": [104.0, 30.0, 0.0]}}
+    for cloud in (True, False):
+        tables = scene(cloud=cloud).model_dump(exclude_unset=True) | {"obstacles": [mast]}
+        said = [str(one) for one in advise(Scene.model_validate(tables)).cautions]
+        assert any("those of the flow alone" in one for one in said) == cloud
