@@ -23,7 +23,8 @@ def parameters(run):
     snow = [_snow(name, law, method) for name, law in (_at(scene, "materials") or {}).items() if isinstance(law, dict)]
     found["snow"] = ", ".join(dict.fromkeys(snow))
     found["water"] = _water(_at(scene, "water"))
-    found["powder layer"] = _cloud(_at(scene, "powder_layer"))
+    told = made.get("components")
+    found |= {name: text for name, text in told.items() if isinstance(text, str)} if isinstance(told, dict) else {}
     found["version"] = f"snowmpm {made.get('version', '')}".strip()
     return {name: text for name, text in found.items() if text}
 
@@ -103,15 +104,6 @@ def _water(table):
     if not isinstance(table.get("level"), int | float):
         return "in the pores"
     return f"to {table['level']:g} of the depth, excess pressure {table.get('excess', 0.0):g}"
-
-
-def _cloud(table):
-    """A powder layer by its keys: those that are words as they are, numbers with their names."""
-    if not isinstance(table, dict):
-        return ""
-    words = [str(value) if isinstance(value, str) else f"{name.replace('_', ' ')} {value:g}"
-             for name, value in table.items() if isinstance(value, str | int | float)]
-    return "; ".join(["an experiment", ", ".join(words)])
 
 
 def _law(friction):

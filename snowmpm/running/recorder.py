@@ -120,12 +120,17 @@ class Recorder:
                 "particle_spacing": spacing, "dx": scene.solver.dx, "end_time": scene.end_time,
                 "bodies": [body.name for body in scene.bodies],
                 "materials": list(scene.materials), "particles": self._simulation.n_particles,
+                **({"components": told} if (told := self._choices()) else {}),
                 **({"plugins": made_with} if (made_with := plugins.records()) else {}),
                 **({"zone_spacing": scene.zone.solver.spacing(scene.dimension)} if scene.zone else {}),
                 **({"chosen": [str(choice) for choice in scene.choices]} if scene.choices else {}),
                 **({"body_shares": shares} if (shares := self._cut_bodies()) else {}),
                 **({"initial_from": taken.source} if (taken := self._simulation.model.taken) else {}),
                 **map_origin(scene)}
+
+    def _choices(self):
+        """What components say beside maps, label -> text."""
+        return {label: text for one in self._simulation.solver.adapters for label, text in one.choices().items()}
 
     def _cut_bodies(self):
         """Share of the volume, by name, of bodies cut at symmetric sides."""

@@ -179,6 +179,10 @@ class Adapter:
         NaN where there is nothing, over the cells of a `results.map_grid.MapGrid`, and unit."""
         return {}
 
+    def choices(self) -> Mapping[str, str]:
+        """What stands beside the maps of a run, label -> text, where results hang on what it was told."""
+        return {}
+
     def numbers(self, grid: Any) -> Mapping[str, float]:
         """Numbers of its own beside those of hazard mapping, at the end of a run that has maps."""
         return {}

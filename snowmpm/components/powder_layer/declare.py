@@ -92,4 +92,4 @@ def told(scene: Any) -> dict[str, str]:
 COMPONENTS.add(Component(
     "powder_layer", __package__, "powder layer", asked, order=60, keys={"scene": OfScene},
     adapters={"depth": f"{__package__}.volumes:adapter"}, beside=("switch", "zone", "saw_test"), refuse=refuse,
-    told=told, cautions=f"{__package__}.cautions"))
+    told=told, cautions=f"{__package__}.cautions", atlas=f"{__package__}.atlas"))

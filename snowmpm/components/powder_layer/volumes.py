@@ -106,6 +106,12 @@ class PowderLayerInCells(Adapter):
             found[name] = values, unit
         return found
 
+    def choices(self):
+        """Its keys: words as they are, numbers with their names."""
+        words = [value if isinstance(value, str) else f"{name.replace('_', ' ')} {value:g}"
+                 for name, value in self._options.model_dump(exclude_none=True).items()]
+        return {"powder layer": f"an experiment; {', '.join(words)}"}
+
     def numbers(self, grid):
         """Largest values of its maps, and areas by pressure."""
         maps = {name: np.nan_to_num(values) for name, (values, _) in self.maps(grid).items()}
