@@ -258,3 +258,15 @@ def test_loads_are_said_to_be_those_of_the_flow_alone():
         tables = scene(cloud=cloud).model_dump(exclude_unset=True) | {"obstacles": [mast]}
         said = [str(one) for one in advise(Scene.model_validate(tables)).cautions]
         assert any("those of the flow alone" in one for one in said) == cloud
+
+
+@pytest.mark.parametrize("options", [
+    {"fall_speed": 0.5, "grain_diameter": 1e-4}, {"suspension": "none", "suspension_rate": 0.5},
+    {"suspension_stress": 20.0}, {"cover_stress": 20.0}, {"cover_rate": 2.0}])
+def test_keys_that_do_nothing_are_said(options):
+    """And those that do something are not."""
+    idle = next(name for name in options if name in ("grain_diameter", "suspension_rate", "suspension_stress",
+                                                     "cover_stress", "cover_rate"))
+    said = [str(one) for one in advise(scene(**options)).cautions]
+    assert any(one.startswith(f"powder_layer.{idle}: has no effect") for one in said)
+    assert not any("has no effect" in str(one) for one in advise(scene(cover_load=5.0, cover_stress=20.0)).cautions)
