@@ -5,10 +5,10 @@ from typing import NamedTuple
 from snowmpm.compiler.groups import Array, Double
 
 STATE, SLOPES, FLUX, PEAKS = 4, 10, 6, 5
-"""Numbers of a cell: V, I, M_x, M_y; slopes of V, c, u, v along x, then along y, and the
-difference of V two cells apart along x and along y; of a flux: volume, ice, momentum (2)
-less the pressure in the cell before the face, and less that in the cell beyond, each in the plane of this cell; of
-peaks: height, pressure of the means, pressure at the foot, speed, density."""
+"""Numbers of a cell: V, I, M_x, M_y; slopes of V, c, u, v along x, then along y, and differences of V over two cells
+along x and y; of a flux: volume, ice, momentum (2) less the pressure in the cell before the face, and less that in the
+cell beyond, each in the plane of this cell; of peaks: height, pressure of the means, pressure at the foot, speed,
+density."""
 
 REPORT = 12
 RATE, AIR, ADDED, PULL, FACES, DRAG = 0, 1, 2, 3, 6, 9

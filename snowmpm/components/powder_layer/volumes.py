@@ -134,7 +134,7 @@ class PowderLayerInCells(Adapter):
     @property
     def bytes(self):
         """Of its cells."""
-        return 8 * 36 * self.cloud.laid.size
+        return 8 * 39 * self.cloud.laid.size
 
     def state(self):
         """The cloud."""
