@@ -90,17 +90,17 @@ def front_of_a_dam_break(n, share, k):
         depth = read(cloud)[0][n // 2 :, 1]
         places.append(np.interp(-0.1 * HEIGHT, -depth, dx * np.arange(n // 2)))
     speed = np.polyfit(dt * np.arange(40, 100), places[40:], 1)[0]
-    behind = np.median(depth[: int(0.9 * places[-1] / dx)])
+    behind = np.median(depth[int(0.6 * places[-1] / dx) : int(0.9 * places[-1] / dx)])
     return speed / first, behind / HEIGHT, 2.0 * F / (2.0 + F), (2.0 / (2.0 + F)) ** 2
 
 
 @pytest.mark.parametrize("k", [0.25, 0.5])
 @pytest.mark.parametrize("share", [1e-5, 1e-3])
 def test_the_air_ahead_sets_the_speed_of_a_front(share, k):
-    """Of clouds hardly heavier than air and 1.7 times as heavy: speed of the front to 2 % on 400 cells and 3 % on 100,
-    and the depth behind it to 6 % on 400 (the gate was 2 %: found 5.5 % with share 1e-3, k 0.25, 1.5 % on 800)."""
+    """Of clouds hardly heavier than air and 1.7 times as heavy: speed and depth of the front to 2 % on 400 cells, and
+    the speed to 3 % on 100."""
     speed, depth, exact, behind = front_of_a_dam_break(400, share, k)
-    assert speed == pytest.approx(exact, rel=0.02) and depth == pytest.approx(behind, rel=0.06)
+    assert speed == pytest.approx(exact, rel=0.02) and depth == pytest.approx(behind, rel=0.02)
     assert front_of_a_dam_break(100, share, k)[0] == pytest.approx(exact, rel=0.03)
 
 
