@@ -200,9 +200,10 @@ def exchange_kernel(real, suspension, bed, serial):
                                 below.state[i, j, k] = ti.cast(core[k], real)
                             book(report, tile, TO_CORE, below.rho * (core_momentum(core) - core_momentum(first)), s)
                             at = ti.Vector([i, j])
-                            gain = energy(below, step, at, core, s) - energy(below, step, at, first, s)
-                            report[tile, WORK] += gain[0]
-                            report[tile, LIFT] += gain[1]
+                            if core[0] != first[0] or core[1] != first[1] or core[2] != first[2]:
+                                gain = energy(below, step, at, core, s) - energy(below, step, at, first, s)
+                                report[tile, WORK] += gain[0]
+                                report[tile, LIFT] += gain[1]
                         elif cloud.state[c, 0] > LEAST:
                             to_ground(cloud, numbers, report, place, mass, mass * w, s)
                             report[tile, LAID] += mass
