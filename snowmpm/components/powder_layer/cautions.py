@@ -29,12 +29,12 @@ def keys_without_effect(facts):
     table = facts.scene.get("powder_layer")
     if not table:
         return
-    usual = PowderLayer()
+    given, usual = table.model_dump(), PowderLayer().model_dump()
     idle = [("grain_diameter", "fall_speed decides", table.fall_speed is not None),
             ("suspension_rate", 'suspension = "none"', table.suspension == "none"),
             ("suspension_stress", f'suspension = "{table.suspension}"', table.suspension != "shear_excess"),
             ("cover_rate", "cover_load = 0", table.cover_load == 0.0),
             ("cover_stress", "cover_load = 0", table.cover_load == 0.0)]
     for key, why, holds in idle:
-        if holds and getattr(table, key) != getattr(usual, key):
+        if holds and given[key] != usual[key]:
             yield Caution("", f"powder_layer.{key}", f"has no effect: {why}", "leave one of the two out")
