@@ -42,7 +42,7 @@ def test_functions_take_few_arguments(figures):
     assert {place for place in figures["wide"] if place.partition(":")[0] not in SCALARS} == set()
 
 
-@pytest.mark.xfail(strict=True, reason="113 370: inputs, pages of reference, declarations of components and groups of "
+@pytest.mark.xfail(strict=True, reason="113 372: inputs, pages of reference, declarations of components and groups of "
                                        "arguments came, and what has no scene carries rows of the sources")
 def test_lines_of_the_product(figures):
     assert figures["lines of the product"] <= 74_000

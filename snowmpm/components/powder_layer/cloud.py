@@ -13,6 +13,7 @@ from snowmpm.components.powder_layer.kernels import kernels
 from snowmpm.depth.kernel_api import MARGIN, TILE, WALLS
 
 STRANGE = "a powder layer that is none of this scene"
+"""What is wrong with a checkpoint."""
 CFL = 0.45
 """Sum over both axes of what signals cross of a cell in a step; from 1/2 on volume and ice may fall below 0."""
 LOOK = 4
@@ -41,6 +42,7 @@ class PowderCloud:
     `arrays.PEAKS` so far; sums, impulses: SUMS and IMPULSES by name."""
 
     longest = EXCHANGE
+    """Part of a step between two exchanges, at most [s]."""
 
     def __init__(self, below, grid, sides, holes, g, options):
         """below: `arrays.Below`; grid: `depth.plan_grid.PlanGrid`; sides (2, 2): names of what stands at its ends;

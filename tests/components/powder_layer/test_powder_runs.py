@@ -272,12 +272,14 @@ def test_keys_that_do_nothing_are_said(options):
     assert not any("has no effect" in str(one) for one in advise(scene(cover_load=5.0, cover_stress=20.0)).cautions)
 
 
-def test_steps_of_any_length_lead_to_one_cloud():
-    """Its largest pressure within 2 %, and its ice within 3 %, with cfl 0.8 and 0.2; not so with `shear_excess`, as the
-    guide says."""
+@pytest.mark.parametrize("options", [{}, pytest.param(
+    {"suspension": "shear_excess", "suspension_rate": 1.0}, marks=pytest.mark.xfail(
+        strict=True, raises=AssertionError, reason="63 and 7 kg of ice: its thin clouds fall out at once"))])
+def test_steps_of_any_length_lead_to_one_cloud(options):
+    """The largest pressure of a cloud within 2 %, and its ice within 3 %, with cfl 0.8 and 0.2."""
     found = []
     for cfl in (0.8, 0.2):
-        tables = scene().model_dump(exclude_unset=True)
+        tables = scene(**options).model_dump(exclude_unset=True)
         tables["solver"]["cfl"] = cfl
         simulation = snowmpm.Simulation(Scene.model_validate(tables))
         while simulation.time < 4.0:
